@@ -1,0 +1,59 @@
+"""Access control at a hub's ingress and egress, derived from the topic table: default deny, subjects by certificate name.
+
+A hub hides who stands behind it, so every hub checks its own clients, and of the other hub it lets in only what may cross.
+"""
+
+from typing import Any
+
+from wire.topics import CAR, COCKPITS, QUERIES, TOPICS, TOWER, Role, key
+
+_HUBS = {"car": frozenset({Role.VEHICLE_HUB}), "tower": COCKPITS}
+
+
+def access_control(vehicle_id: str, site: str, accepts_script: bool) -> dict[str, Any]:
+    """Zenoh's `access_control` for the hub of `site` ("car" or "tower").
+
+    accepts_script  whether a tower with the scripted operator's certificate may come in at the car's hub
+    """
+    home, far_site = (CAR, "tower") if site == "car" else (TOWER, "car")
+    far_hubs = {role for role in _HUBS[far_site] if accepts_script or role is not Role.TOWER_SCRIPT}
+    rules: list[dict[str, Any]] = []
+    policies = []
+    subjects = []
+    for role in sorted(home - _HUBS[site]) + sorted(far_hubs):
+        speaks_for = (TOWER if far_site == "tower" else CAR) if role in far_hubs else frozenset({role})
+        own = _rules_of(vehicle_id, role, speaks_for, crossing_only=role in far_hubs)
+        rules += own
+        subjects.append({"id": str(role), "cert_common_names": [str(role)]})
+        policies.append({"rules": [rule["id"] for rule in own], "subjects": [str(role)]})
+    return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}
+
+
+def _rules_of(vehicle_id: str, role: Role, speaks_for: frozenset[Role], crossing_only: bool) -> list[dict[str, Any]]:
+    """What may pass between a hub and one peer that speaks for these roles."""
+    topics = [topic for topic in TOPICS.values() if topic.crosses_link or not crossing_only]
+    says = [topic.name for topic in topics if topic.publishers & speaks_for]
+    hears = [topic.name for topic in topics if topic.readers & speaks_for and not topic.publishers <= speaks_for]
+    asks = [query.name for query in QUERIES.values() if query.askers & speaks_for]
+    serves = [query.name for query in QUERIES.values() if query.server in speaks_for]
+    table = (
+        ("says", "ingress", ["put"], says),
+        ("heard", "egress", ["declare_subscriber"], says),
+        ("hears", "egress", ["put"], hears),
+        ("listens", "ingress", ["declare_subscriber"], hears),
+        ("asks", "ingress", ["query"], asks),
+        ("answered", "egress", ["reply", "declare_queryable"], asks),
+        ("serves", "ingress", ["reply", "declare_queryable"], serves),
+        ("asked", "egress", ["query"], serves),
+    )
+    return [
+        {
+            "id": f"{role} {name}",
+            "permission": "allow",
+            "flows": [flow],
+            "messages": messages,
+            "key_exprs": [key(vehicle_id, topic) for topic in names],
+        }
+        for name, flow, messages, names in table
+        if names
+    ]

@@ -1,0 +1,247 @@
+"""The Zenoh link: QUIC with mixed reliability and mutual TLS, the only mode, also on loopback.
+
+A thin shell over one Zenoh session. Callbacks run on library threads and only decode, check and put; what fails is dropped
+and counted by reason. Nothing here decides anything. Facts and measurements behind the settings: ARCHITECTURE.md, "The link".
+"""
+
+import json
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import zenoh
+
+from wire import certificates
+from wire.access import access_control
+from wire.clock import Clock
+from wire.latest import EventQueue, Latest
+from wire.messages.base import Message, decoder, encode
+from wire.settings import LinkSettings
+from wire.topics import CAR, QUERIES, TOPICS, Kind, Role, Travel, key
+
+_OPEN_TIMEOUT_MS = 1000  # how long one attempt to reach the hub may take before SIGTERM is looked at again
+_MESSAGE_MAX_BYTES = 1_000_000  # ours: ten times the largest message seen (one IDR picture)
+
+_TRAVEL: dict[Travel, tuple[zenoh.Priority, zenoh.Reliability, zenoh.CongestionControl]] = {
+    Travel.COMMAND: (zenoh.Priority.REAL_TIME, zenoh.Reliability.BEST_EFFORT, zenoh.CongestionControl.DROP),
+    Travel.STATE: (zenoh.Priority.INTERACTIVE_HIGH, zenoh.Reliability.BEST_EFFORT, zenoh.CongestionControl.DROP),
+    Travel.EVENT: (zenoh.Priority.INTERACTIVE_LOW, zenoh.Reliability.RELIABLE, zenoh.CongestionControl.BLOCK),
+    Travel.BULK: (zenoh.Priority.DATA, zenoh.Reliability.RELIABLE, zenoh.CongestionControl.DROP),
+}
+
+
+class LinkError(Exception):
+    """The link cannot be opened; the text names the fix."""
+
+
+class Stopped(Exception):
+    """The program was asked to stop while it waited for its hub."""
+
+
+def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zenoh.Config:
+    """The Zenoh configuration of one process. Raises LinkError when certificates are missing."""
+    folder = certificates.folder_of(settings.certificates)
+    for name in (f"{certificates.AUTHORITY}.pem", f"{role}.pem", f"{role}.key"):
+        if not (folder / name).is_file():
+            raise LinkError(f"{folder / name}: no such certificate; make them with: tower certificates")
+    site = "car" if role in CAR else "tower"
+    own, far = (settings.car_hub, settings.tower_hub) if site == "car" else (settings.tower_hub, settings.car_hub)
+    entries: dict[str, Any] = {
+        "mode": "router" if hub else "client",
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "transport/link/tx/lease": settings.lease_ms,
+        "transport/link/tx/keep_alive": 4,
+        "transport/link/tls": _tls(folder, role),
+    }
+    if hub:
+        entries["listen/endpoints"] = [_endpoint(own)]
+        entries["access_control"] = access_control(settings.vehicle_id, site, settings.accepts_script)
+        if settings.dials == site:
+            entries["connect/endpoints"] = [_endpoint(far)]
+            entries["connect/timeout_ms"] = 0
+            entries["connect/exit_on_failure"] = False
+            entries["connect/retry"] = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5}
+    else:
+        entries["connect/endpoints"] = [_endpoint(own)]
+        entries["connect/timeout_ms"] = _OPEN_TIMEOUT_MS
+        entries["connect/retry"] = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
+    configuration = zenoh.Config()
+    for name, value in entries.items():
+        configuration.insert_json5(name, json.dumps(value))
+    return configuration
+
+
+def _endpoint(address: str) -> str:
+    return f"quic/{address}?mixed_rel=1"
+
+
+def _tls(folder: Path, role: Role) -> dict[str, Any]:
+    key_file, certificate = str(folder / f"{role}.key"), str(folder / f"{role}.pem")
+    return {
+        "root_ca_certificate": str(folder / f"{certificates.AUTHORITY}.pem"),
+        "enable_mtls": True,
+        "listen_private_key": key_file,
+        "listen_certificate": certificate,
+        "connect_private_key": key_file,
+        "connect_certificate": certificate,
+        "verify_name_on_connect": True,
+    }
+
+
+@contextmanager
+def open_link(settings: LinkSettings, role: Role, clock: Clock, stop: threading.Event, *, hub: bool = False) -> Iterator["Link"]:
+    """The link of one process; leaving the context closes it.
+
+    A client waits for its hub until `stop` is set (raises Stopped). A hub raises LinkError at once when its port is taken.
+    """
+    configuration = session_configuration(settings, role, hub)
+    session = _open_hub(configuration, settings, role) if hub else _open_client(configuration, stop)
+    link = Link(session, settings.vehicle_id, role, clock)
+    try:
+        yield link
+    finally:
+        session.close()
+
+
+def _open_hub(configuration: zenoh.Config, settings: LinkSettings, role: Role) -> zenoh.Session:
+    try:
+        return zenoh.open(configuration)
+    except zenoh.ZError as error:
+        place, name = (settings.car_hub, "car_hub") if role in CAR else (settings.tower_hub, "tower_hub")
+        raise LinkError(
+            f"cannot listen on {place}: {error}; is another drive running? choose a free port with [wire.link] {name}"
+        ) from None
+
+
+def _open_client(configuration: zenoh.Config, stop: threading.Event) -> zenoh.Session:
+    while not stop.is_set():
+        try:
+            return zenoh.open(configuration)
+        except zenoh.ZError:
+            stop.wait(0.1)  # the hub is not there yet
+    raise Stopped("asked to stop while waiting for the hub")
+
+
+class Link:
+    """One process's view of the link. Publishing never blocks for a level; `dropped` counts what was refused, by reason."""
+
+    def __init__(self, session: zenoh.Session, vehicle_id: str, role: Role, clock: Clock) -> None:
+        self._session = session
+        self._vehicle_id = vehicle_id
+        self._role = role
+        self._clock = clock
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._kept: list[Any] = []  # Zenoh undeclares what is no longer referenced
+        self.dropped: Counter[str] = Counter()
+
+    def publish(self, name: str, message: Message | bytes) -> None:
+        """Send on a topic of the table. Raises KeyError for a topic that is not in it."""
+        publisher = self._publishers.get(name) or self._declare(name)
+        try:
+            publisher.put(message if isinstance(message, bytes) else encode(message))
+        except zenoh.ZError:
+            self.dropped["link closed"] += 1
+
+    def _declare(self, name: str) -> zenoh.Publisher:
+        priority, reliability, congestion = _TRAVEL[TOPICS[name].travel]
+        publisher = self._session.declare_publisher(
+            key(self._vehicle_id, name),
+            priority=priority,
+            reliability=reliability,
+            congestion_control=congestion,
+            express=True,
+        )
+        self._publishers[name] = publisher
+        return publisher
+
+    def level(self, name: str) -> Latest[Any]:
+        """The newest message of a level topic, always."""
+        if TOPICS[name].kind is not Kind.LEVEL:
+            raise ValueError(f"{name} is an event topic: every one counts, use events()")
+        slot: Latest[Any] = Latest()
+        self.on(name, slot.put)
+        return slot
+
+    def events(self, name: str, limit: int = 1024) -> EventQueue[Any]:
+        """Every message of a topic, in order, bounded and counted."""
+        queue: EventQueue[Any] = EventQueue(limit)
+        self.on(name, queue.put)
+        return queue
+
+    def on(self, name: str, callback: Callable[[Any, int], None]) -> None:
+        """callback(message, received_ns) on a library thread for everything valid that arrives."""
+        message_type = TOPICS[name].type
+        if message_type is None:
+            raise ValueError(f"{name} carries bytes: use on_raw()")
+        decode = decoder(message_type).decode
+
+        def receive(_: str, payload: bytes, received_ns: int) -> None:
+            try:
+                message = decode(payload)
+            except msgspec.DecodeError:
+                self.dropped[f"{name} undecodable"] += 1
+                return
+            callback(message, received_ns)
+
+        self.on_raw(name, receive)
+
+    def on_raw(self, name: str, callback: Callable[[str, bytes, int], None]) -> None:
+        """callback(topic name, payload, received_ns) on a library thread, nothing decoded."""
+
+        def receive(sample: zenoh.Sample) -> None:
+            received_ns = self._clock.now_ns()
+            payload = sample.payload
+            if len(payload) > _MESSAGE_MAX_BYTES:
+                self.dropped[f"{name} too large"] += 1
+                return
+            callback(name, bytes(payload), received_ns)
+
+        self._kept.append(
+            self._session.declare_subscriber(key(self._vehicle_id, name), zenoh.handlers.Callback(receive, indirect=False))
+        )
+
+    def ask(self, name: str, request: Message, timeout_s: float) -> Any | None:
+        """The reply to a query, or None when nobody answered in time. Blocks: never in a control loop."""
+        query = QUERIES[name]
+        try:
+            answers = self._session.get(key(self._vehicle_id, name), payload=encode(request), timeout=timeout_s)
+            for answer in answers:
+                if answer.ok is not None:
+                    return decoder(query.reply).decode(bytes(answer.ok.payload))
+        except zenoh.ZError:
+            self.dropped["link closed"] += 1
+        except msgspec.DecodeError:
+            self.dropped[f"{name} reply undecodable"] += 1
+        return None
+
+    def serve(self, name: str, handler: Callable[[Any], Message]) -> None:
+        """Answer a query; handler(request) -> reply runs on a library thread. An undecodable request gets no answer."""
+        self.serve_later(name, lambda request, reply: reply(handler(request)))
+
+    def serve_later(self, name: str, handler: Callable[[Any, Callable[[Message], None]], None]) -> None:
+        """Like `serve`, but handler(request, reply) returns at once and reply(message) is called later, on any thread.
+
+        A library thread that waited for the answer would hold up everything else that arrives over the same link.
+        """
+        expression, decode = key(self._vehicle_id, name), decoder(QUERIES[name].request).decode
+
+        def receive(query: zenoh.Query) -> None:
+            try:
+                request = decode(bytes(query.payload) if query.payload is not None else b"")
+            except msgspec.DecodeError:
+                self.dropped[f"{name} undecodable"] += 1
+                query.drop()  # type: ignore[no-untyped-call]
+                return
+
+            def reply(message: Message) -> None:
+                with query:
+                    query.reply(expression, encode(message))
+
+            handler(request, reply)
+
+        self._kept.append(self._session.declare_queryable(expression, zenoh.handlers.Callback(receive, indirect=False)))

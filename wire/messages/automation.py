@@ -1,0 +1,132 @@
+"""What the embedded automated stack says: its command, its doubt, its view of the scene, the map it drives by."""
+
+from enum import StrEnum
+from typing import Annotated
+
+from msgspec import Meta
+
+from wire.messages.base import (
+    Angle,
+    CommandAcceleration,
+    Count,
+    Indicators,
+    Length,
+    Message,
+    Name,
+    Point,
+    Position,
+    Rate,
+    Ratio,
+    RoadWheelAngle,
+    Seconds,
+    Speed,
+    Text,
+    TimeNs,
+)
+
+
+class Reason(Message):
+    """One channel of doubt that speaks up."""
+
+    channel: Name  # planner, map, localization, perception, ...
+    text: Text  # in words for the operator
+
+
+class TakeoverRequest(Message):
+    number: Count  # counts requests since start of the stack
+    raised_ns: TimeNs
+    reasons: Annotated[tuple[Reason, ...], Meta(min_length=1, max_length=16)]
+    budget_s: Seconds  # from raised_ns; the automation slows so that it ends at standstill
+    place: Point  # where the trouble is, map frame
+
+
+class AutonomyCommand(Message):
+    """100 Hz. What the automation would do; the gateway decides whether it may."""
+
+    stamp_ns: TimeNs
+    sequence: Count
+    road_wheel_angle_rad: RoadWheelAngle
+    acceleration_m_s2: CommandAcceleration
+    indicators: Indicators = Indicators.OFF
+
+
+class Evidence(Message):
+    channel: Name
+    level: Ratio  # 0 no doubt, 1 certain trouble
+    high: bool  # after hysteresis
+    text: Text
+
+
+class Doubt(StrEnum):
+    NOMINAL = "nominal"
+    CAUTION = "caution"
+    REQUEST = "request"
+
+
+class AutonomyStatus(Message):
+    """20 Hz level. Health, doubt and whether it could drive now."""
+
+    stamp_ns: TimeNs
+    sequence: Count
+    healthy: bool  # localized, sensors fresh, plan fresh
+    health_note: Text
+    doubt: Doubt
+    evidence: tuple[Evidence, ...]
+    request: TakeoverRequest | None  # open while doubt is REQUEST
+    clear_s: Seconds  # for how long no channel was high (a hand-back needs >= 3 s)
+    drivable_s: Seconds  # for how long the present plan is drivable from the present state (needs >= 10 s)
+    state_matched: bool  # lateral offset, heading and speed are within what the tracking controller takes over
+    match_note: Text
+    goal_reached: bool
+
+
+class TrackedObject(Message):
+    number: Count  # the tracker's own identity
+    kind: Name  # person, cone, barrier, vehicle, unknown
+    x_m: Position
+    y_m: Position
+    velocity_x_m_s: Speed
+    velocity_y_m_s: Speed
+    radius_m: Length
+    deviation_m: Length  # one standard deviation of the position, larger axis
+    static: bool
+    age_s: Seconds
+
+
+class Scene(Message):
+    """10 Hz, crosses the link: what the car believes. For the window, the scripted operator and the recording."""
+
+    stamp_ns: TimeNs  # vehicle clock: time the pose is valid for
+    x_m: Position  # rear axle, map frame
+    y_m: Position
+    heading_rad: Angle
+    speed_m_s: Speed
+    yaw_rate_rad_s: Rate
+    deviation_m: Length
+    station_m: Length  # along the route
+    offset_m: Position  # from the centre line of the road, left positive
+    objects: tuple[TrackedObject, ...]
+    plan: tuple[Point, ...]  # the path the automation would drive, () when it has none
+    stopping_corridor: tuple[Point, ...]  # checked against road edge and objects, from the car on; () when unhealthy
+
+
+class RoadMap(Message):
+    """The map the automation drives by, 1 Hz, and what a map file holds (TOML). See wire.road.Road for the geometry.
+
+    The centre line divides the two directions of traffic. It starts at `start` and runs through `segments`.
+    """
+
+    name: Name
+    start: Point
+    start_heading_rad: Angle
+    segments: Annotated[tuple["RoadSegment", ...], Meta(min_length=1, max_length=100)]
+    lane_width_m: Annotated[float, Meta(ge=2.0, le=6.0)]
+    sidewalk_width_m: Annotated[float, Meta(ge=0.0, le=10.0)]
+    drives_on: Annotated[str, Meta(pattern="^(left|right)$")]
+    speed_limit_m_s: Annotated[float, Meta(gt=0.0, le=40.0)]
+    goal_station_m: Length
+
+
+class RoadSegment(Message):
+    length_m: Annotated[float, Meta(gt=0.0, le=5000.0)]
+    curvature_1_m: Annotated[float, Meta(ge=-0.2, le=0.2)] = 0.0  # left positive, 0 straight

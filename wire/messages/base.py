@@ -1,0 +1,78 @@
+"""The rules every message keeps: frozen, keyword-only, unknown fields refused, every number with a range.
+
+JSON on the wire and in the recording. Only decoding validates (ranges, NaN, unknown fields): whatever came in through
+`decode` may be trusted, whatever was built by a constructor is our own.
+
+Units are in the names. SI inside. Frames are ISO 8855 (x forward, y left, z up). The map frame has x east, y north.
+Time is integer nanoseconds on the SENDER's monotonic clock unless the name says otherwise.
+"""
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated, TypeVar, dataclass_transform
+
+import msgspec
+from msgspec import Meta
+
+if TYPE_CHECKING:
+    # Type checkers know frozen and keyword-only from this; they cannot follow a metaclass of our own.
+    @dataclass_transform(frozen_default=True, kw_only_default=True)
+    class Message(msgspec.Struct, frozen=True, kw_only=True): ...
+else:
+
+    class _Keyword(type(msgspec.Struct)):
+        """msgspec does not inherit `kw_only`: every class has to be told."""
+
+        def __new__(cls, name, bases, namespace):  # noqa: ANN001, ANN204
+            return super().__new__(cls, name, bases, namespace, frozen=True, kw_only=True, forbid_unknown_fields=True)
+
+    class Message(msgspec.Struct, metaclass=_Keyword):
+        """Base of every message and of every section of the configuration."""
+
+
+M = TypeVar("M", bound=Message)
+
+TimeNs = Annotated[int, Meta(ge=0, le=2**62)]
+DurationNs = Annotated[int, Meta(ge=-(2**62), le=2**62)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Angle = Annotated[float, Meta(ge=-6.3, le=6.3)]  # rad
+RoadWheelAngle = Annotated[float, Meta(ge=-0.8, le=0.8)]  # rad at the road wheels, positive turns left
+SteeringWheelAngle = Annotated[float, Meta(ge=-16.0, le=16.0)]  # rad at the steering wheel, positive turns left
+Acceleration = Annotated[float, Meta(ge=-30.0, le=30.0)]  # m/s2, forward positive
+CommandAcceleration = Annotated[float, Meta(ge=-10.0, le=5.0)]  # m/s2
+Speed = Annotated[float, Meta(ge=-30.0, le=100.0)]  # m/s, forward positive
+Rate = Annotated[float, Meta(ge=-20.0, le=20.0)]  # rad/s
+Length = Annotated[float, Meta(ge=0.0, le=1e5)]  # m
+Position = Annotated[float, Meta(ge=-1e6, le=1e6)]  # m, map frame
+Ratio = Annotated[float, Meta(ge=0.0, le=1.0)]
+SignedRatio = Annotated[float, Meta(ge=-1.0, le=1.0)]
+Milliseconds = Annotated[float, Meta(ge=0.0, le=1e9)]
+Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
+Text = Annotated[str, Meta(max_length=2000)]
+Name = Annotated[str, Meta(max_length=64)]
+Point = tuple[Position, Position]  # x_m, y_m in the map frame
+
+
+class Gear(StrEnum):
+    PARK = "park"
+    REVERSE = "reverse"
+    NEUTRAL = "neutral"
+    DRIVE = "drive"
+
+
+class Indicators(StrEnum):
+    OFF = "off"
+    LEFT = "left"
+    RIGHT = "right"
+
+
+_ENCODER = msgspec.json.Encoder()
+
+
+def encode(message: Message) -> bytes:
+    """JSON bytes of a message. Fields in declaration order, so equal messages give equal bytes."""
+    return _ENCODER.encode(message)
+
+
+def decoder(message_type: type[M]) -> "msgspec.json.Decoder[M]":
+    """A reusable decoder. Its `decode(bytes)` raises msgspec.DecodeError (ValidationError included) on anything wrong."""
+    return msgspec.json.Decoder(message_type)

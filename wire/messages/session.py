@@ -1,0 +1,68 @@
+"""Questions the tower asks the car, and the answers: the lease (who may ask), the numbered hand-over, the video session."""
+
+from enum import StrEnum
+from typing import Annotated
+
+from msgspec import Meta
+
+from wire.messages.base import Count, Message, Name, Text, TimeNs
+from wire.messages.operating import Hmac
+
+
+class LeaseRequest(Message):
+    """Ask for the exclusive right to ask. Also how a holder renews: same operator, same session."""
+
+    operator: Name
+    session: Name  # random per start of the cockpit: a returning tower is a new session and gets a new epoch
+    sent_ns: TimeNs
+
+
+class LeaseReply(Message):
+    granted: bool
+    epoch: Count  # strictly increasing over the life of the car; 0 when refused
+    key_hex: Annotated[str, Meta(max_length=64)]  # HMAC-SHA256 key for commands and hand-over queries of this lease
+    rule: Text  # why refused, "" when granted
+    boot_id: Name
+
+
+class Action(StrEnum):
+    TAKE = "take"  # the operator wants to drive
+    HAND_BACK = "hand_back"  # the operator wants the automation to drive again
+    RETURN = "return"  # one press within the guard time: the operator drives again
+    ENGAGE = "engage"  # from STANDBY: the automation starts to drive
+    CLEAR = "clear"  # a remote STOP whose cause is gone is cleared; the car stays STOPPED
+
+
+class Outcome(StrEnum):
+    GRANTED = "granted"
+    REFUSED = "refused"
+
+
+class HandOverRequest(Message):
+    lease_epoch: Count
+    number: Count  # the tower's own count: an answer belongs to its question
+    action: Action
+    sent_ns: TimeNs
+    hmac: Hmac = ""
+
+
+class HandOverReply(Message):
+    """The car's answer. What becomes of a grant (committed, expired, aborted) is told by GatewayStatus.hand_over."""
+
+    number: Count
+    outcome: Outcome
+    rule: Text  # the rule that refused, with what to do; "" when granted
+    lease_epoch: Count  # a grant carries the new epoch: commands with the old one are dropped from now on
+
+
+class VideoOffer(Message):
+    """SDP offer by the window, who receives. Cameras in the order of the video sections."""
+
+    sdp: Annotated[str, Meta(max_length=65536)]
+    cameras: tuple[Name, ...]
+
+
+class VideoAnswer(Message):
+    sdp: Annotated[str, Meta(max_length=65536)]
+    cameras: tuple[Name, ...]
+    rule: Text  # why refused, "" when answered

@@ -1,0 +1,151 @@
+"""What the car's gateway says: who drives and why, the car's state, what it is, every cycle it made."""
+
+from enum import StrEnum
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from wire.messages.automation import TakeoverRequest
+from wire.messages.base import (
+    Acceleration,
+    Angle,
+    CommandAcceleration,
+    Count,
+    Gear,
+    Indicators,
+    Length,
+    Message,
+    Milliseconds,
+    Name,
+    Rate,
+    RoadWheelAngle,
+    Seconds,
+    Speed,
+    Text,
+    TimeNs,
+)
+
+
+class Mode(StrEnum):
+    STANDBY = "standby"
+    AUTONOMOUS = "autonomous"
+    TAKEOVER_REQUESTED = "takeover_requested"
+    HANDING_OVER = "handing_over"
+    REMOTE = "remote"
+    HANDING_BACK = "handing_back"
+    LOCAL_DRIVER = "local_driver"
+    SAFE_STOP = "safe_stop"
+    STOPPED = "stopped"
+    EMERGENCY_STOP = "emergency_stop"
+
+
+class Actuation(Message):
+    """What was asked of the car, or what was really sent to CAN."""
+
+    road_wheel_angle_rad: RoadWheelAngle
+    acceleration_m_s2: CommandAcceleration
+    gear: Gear = Gear.DRIVE
+    indicators: Indicators = Indicators.OFF
+    hazard: bool = False
+    horn: bool = False
+
+
+class VehicleState(Message):
+    """50 Hz. Measured by the car's own sensors (CAN feedback), and what the gate made of the last command."""
+
+    stamp_ns: TimeNs  # vehicle clock; the tower echoes it
+    boot_id: Name
+    sequence: Count
+    speed_m_s: Speed
+    acceleration_m_s2: Acceleration
+    yaw_rate_rad_s: Rate
+    road_wheel_angle_rad: RoadWheelAngle
+    gear: Gear
+    requested: Actuation
+    applied: Actuation
+    rules: tuple[Name, ...]  # of the gate, those that changed the request; () when nothing was changed
+    speed_cap_m_s: Speed
+    loop_age_ms: Milliseconds  # worst required camera: now minus the capture stamp of the picture the operator acts on
+    command_age_ms: Milliseconds  # since the last valid command was received
+
+
+class HandOver(Message):
+    """The hand-over in progress or the last one."""
+
+    number: Count  # the car's own count of grants; 0: none yet
+    action: Name
+    state: Name  # "", granted, committed, expired, aborted
+    rule: Text
+
+
+class GatewayStatus(Message):
+    """20 Hz and on change. Only the authority owns the mode; everybody else displays it."""
+
+    stamp_ns: TimeNs
+    boot_id: Name
+    mode: Mode
+    mode_since_ns: TimeNs
+    cause: Text  # why the mode was entered, in words for the operator
+    lease_holder: Name  # operator, "" when none
+    lease_epoch: Count
+    hand_over: HandOver
+    request: TakeoverRequest | None  # the open take-over request, with its reasons
+    budget_remaining_s: Seconds  # of the open request; 0 when none or over
+    guard_remaining_s: Seconds  # after a hand-back: time in which one press returns control
+    hand_back_ready: bool
+    hand_back_note: Text  # what is missing for a hand-back
+    take_refused: Text  # the rule that would refuse a take-over now, "" when none would
+    failsafe: Name  # worst active cause of the failsafe, "" when none
+    stop_number: Count  # last TowerStop received: the confirmation of STOP
+    stops_in_ten_minutes: Count
+    dropped: dict[Name, Count]  # messages dropped since start, by reason
+
+
+class CameraCalibration(Message):
+    """Pinhole camera, no distortion. Mounted in the car's frame (origin: rear axle on the ground)."""
+
+    name: Name
+    required: bool  # the operator may only drive with a fresh picture of this camera
+    width_px: Annotated[int, Meta(ge=64, le=7680)]
+    height_px: Annotated[int, Meta(ge=64, le=4320)]
+    frame_rate_hz: Annotated[float, Meta(ge=1.0, le=120.0)]
+    focal_length_px: Annotated[float, Meta(ge=10.0, le=20000.0)]
+    x_m: Annotated[float, Meta(ge=-10.0, le=10.0)]
+    y_m: Annotated[float, Meta(ge=-5.0, le=5.0)]
+    z_m: Annotated[float, Meta(ge=0.0, le=5.0)]
+    yaw_rad: Angle  # positive looks left
+    pitch_rad: Angle  # positive looks down
+
+
+class VehicleDescription(Message):
+    """Geometry, limits and cameras of one car: asked for, and repeated at 1 Hz. Configuration section [vehicle]."""
+
+    vehicle_id: Name
+    length_m: Length
+    width_m: Length
+    height_m: Length
+    wheelbase_m: Annotated[float, Meta(ge=0.5, le=12.0)]
+    rear_overhang_m: Length  # rear axle to rear bumper
+    steering_ratio: Annotated[float, Meta(ge=1.0, le=40.0)]  # steering wheel angle / road wheel angle
+    road_wheel_angle_max_rad: Annotated[float, Meta(ge=0.1, le=0.8)]
+    acceleration_max_m_s2: Annotated[float, Meta(ge=0.1, le=5.0)]
+    braking_max_m_s2: Annotated[float, Meta(ge=1.0, le=10.0)]
+    speed_max_remote_m_s: Annotated[float, Meta(ge=0.5, le=40.0)]
+    mass_kg: Annotated[float, Meta(ge=100.0, le=60000.0)]
+    cameras: tuple[CameraCalibration, ...]
+
+
+class GatewayCycle(Message):
+    """Every cycle of the gateway: its time, every input it used, every output. Local, recorded; replay feeds it again."""
+
+    number: Count
+    now_ns: TimeNs  # the one clock reading of the cycle
+    inputs: msgspec.Raw  # vehicle_gateway.cycle.Inputs as JSON
+    outputs: msgspec.Raw  # vehicle_gateway.cycle.Outputs as JSON
+    can_sent_ns: TimeNs  # vehicle clock, after the frame was handed to the bus
+    command_sequence: Count  # of the newest valid DriveCommand; 0: none
+    new_command: bool  # this cycle was the first to use it
+    loop_age_ms: Milliseconds  # of that command; 0 when none
+    mode: Mode
+    rules: tuple[Name, ...]

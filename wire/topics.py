@@ -1,0 +1,185 @@
+"""The one topic table: key, type, rate, who may publish, who may read, how it travels, whether it is recorded.
+
+Everything else is derived from it: subscriptions, access control at both hubs (`wire.access`), what the recorder writes.
+A level is a state: the newest counts and a lost one heals. An event counts each time and is never put in a one-slot `Latest`.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from wire.messages import automation, health, operating, sensing, session, vehicle
+from wire.messages.base import Message
+
+
+class Role(StrEnum):
+    """Who a process is: the common name of its certificate."""
+
+    VEHICLE_HUB = "vehicle-hub"  # vehicle-gateway run
+    VIDEO = "video"
+    SIMULATE = "simulate"
+    AUTONOMY = "autonomy"
+    RECORDER = "recorder"
+    TOWER_HUB = "tower-hub"  # tower cockpit, a person's device
+    TOWER_SCRIPT = "tower-script"  # tower cockpit started with the scripted operator; a real car refuses it
+    WINDOW = "window"
+    CAR_OBSERVER = "car-observer"  # looks on at the car's hub (the demo's supervisor)
+
+
+CAR = frozenset({Role.VEHICLE_HUB, Role.VIDEO, Role.SIMULATE, Role.AUTONOMY, Role.RECORDER, Role.CAR_OBSERVER})
+TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW})
+COCKPITS = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT})
+EVERYBODY = frozenset(Role)
+
+
+class Travel(StrEnum):
+    """Priority, reliability and congestion as one choice; BLOCK and DROP never share a priority (zenoh #2584)."""
+
+    COMMAND = "command"  # REAL_TIME, best effort (a QUIC datagram), drop: late is worse than lost
+    STATE = "state"  # INTERACTIVE_HIGH, best effort, drop
+    BULK = "bulk"  # DATA, reliable, drop: larger than a datagram, or wanted whole in the recording
+    EVENT = "event"  # INTERACTIVE_LOW, reliable, block: every one counts
+
+
+class Kind(StrEnum):
+    LEVEL = "level"
+    EVENT = "event"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Topic:
+    name: str
+    type: type[Message] | None  # None: bytes as wire.picture defines them
+    rate_hz: float  # nominal; 0: on change
+    publishers: frozenset[Role]
+    readers: frozenset[Role]
+    travel: Travel
+    kind: Kind = Kind.LEVEL
+    recorded: bool = True
+
+    @property
+    def origin_is_car(self) -> bool:
+        return self.publishers <= CAR
+
+    @property
+    def crosses_link(self) -> bool:
+        """Whether somebody on the other site reads it. The recorder sits in the car, so recorded tower topics cross."""
+        other = TOWER if self.origin_is_car else CAR
+        return bool(self.readers & other)
+
+
+def _topic(
+    name: str,
+    type_: type[Message] | None,
+    rate_hz: float,
+    publishers: frozenset[Role] | set[Role] | Role,
+    readers: frozenset[Role] | set[Role],
+    travel: Travel,
+    kind: Kind = Kind.LEVEL,
+    recorded: bool = True,
+) -> Topic:
+    speakers = frozenset({publishers}) if isinstance(publishers, Role) else frozenset(publishers)
+    listeners = frozenset(readers) | ({Role.RECORDER} if recorded else set())
+    return Topic(
+        name=name,
+        type=type_,
+        rate_hz=rate_hz,
+        publishers=speakers,
+        readers=listeners,
+        travel=travel,
+        kind=kind,
+        recorded=recorded,
+    )
+
+
+R, T, K = Role, Travel, Kind
+TOPICS: dict[str, Topic] = {
+    topic.name: topic
+    for topic in (
+        # tower -> car
+        _topic("drive_command", operating.DriveCommand, 100, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND),
+        _topic("tower_stop", operating.TowerStop, 0, COCKPITS, {R.VEHICLE_HUB}, T.EVENT, K.EVENT),
+        _topic(
+            "operator_status",
+            operating.OperatorStatus,
+            20,
+            COCKPITS,
+            {R.VEHICLE_HUB, R.WINDOW, R.CAR_OBSERVER},
+            T.STATE,
+        ),
+        _topic("window_status", operating.WindowStatus, 30, R.WINDOW, COCKPITS, T.STATE),
+        _topic("operator_input", operating.OperatorInput, 60, R.WINDOW, COCKPITS, T.COMMAND, recorded=False),
+        _topic("clock_ping", operating.ClockPing, 5, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND, recorded=False),
+        # car -> tower
+        _topic("clock_pong", operating.ClockPong, 5, R.VEHICLE_HUB, COCKPITS, T.COMMAND, recorded=False),
+        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW, R.AUTONOMY}, T.COMMAND),
+        _topic(
+            "gateway_status",
+            vehicle.GatewayStatus,
+            20,
+            R.VEHICLE_HUB,
+            COCKPITS | {R.WINDOW, R.AUTONOMY, R.CAR_OBSERVER},
+            T.STATE,
+        ),
+        _topic(
+            "vehicle_description",
+            vehicle.VehicleDescription,
+            1,
+            R.VEHICLE_HUB,
+            COCKPITS | {R.WINDOW, R.AUTONOMY},
+            T.BULK,
+        ),
+        _topic("autonomy_status", automation.AutonomyStatus, 20, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW}, T.STATE),
+        _topic("scene", automation.Scene, 10, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW} | COCKPITS, T.BULK),
+        _topic("road_map", automation.RoadMap, 1, R.AUTONOMY, {R.WINDOW} | COCKPITS, T.BULK),
+        _topic("camera_status", sensing.CameraStatus, 5, R.VIDEO, {R.VEHICLE_HUB, R.WINDOW}, T.STATE),
+        # inside the car
+        _topic("autonomy_command", automation.AutonomyCommand, 100, R.AUTONOMY, {R.VEHICLE_HUB}, T.COMMAND),
+        _topic("imu", sensing.Imu, 100, R.SIMULATE, {R.AUTONOMY}, T.STATE),
+        _topic("gnss", sensing.Gnss, 10, R.SIMULATE, {R.AUTONOMY}, T.STATE),
+        _topic("wheel_speeds", sensing.WheelSpeeds, 50, R.SIMULATE, {R.AUTONOMY}, T.STATE),
+        _topic("object_list", sensing.ObjectList, 10, R.SIMULATE, {R.AUTONOMY}, T.BULK),
+        _topic("gateway_cycle", vehicle.GatewayCycle, 100, R.VEHICLE_HUB, set(), T.BULK, K.EVENT),
+        _topic("video", None, 30, R.VIDEO, set(), T.BULK, K.EVENT),
+        _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
+        _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
+        # both sites
+        _topic("car_health", health.LoopHealth, 1, CAR, {R.CAR_OBSERVER}, T.STATE, K.EVENT),
+        _topic("tower_health", health.LoopHealth, 1, TOWER, set(), T.STATE, K.EVENT),
+    )
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Query:
+    name: str
+    request: type[Message]
+    reply: type[Message]
+    server: Role
+    askers: frozenset[Role]
+
+
+QUERIES: dict[str, Query] = {
+    query.name: query
+    for query in (
+        Query(name="lease", request=session.LeaseRequest, reply=session.LeaseReply, server=R.VEHICLE_HUB, askers=COCKPITS),
+        Query(
+            name="hand_over",
+            request=session.HandOverRequest,
+            reply=session.HandOverReply,
+            server=R.VEHICLE_HUB,
+            askers=COCKPITS,
+        ),
+        Query(
+            name="video_session",
+            request=session.VideoOffer,
+            reply=session.VideoAnswer,
+            server=R.VIDEO,
+            askers=frozenset({R.WINDOW}),
+        ),
+    )
+}
+
+
+def key(vehicle_id: str, name: str) -> str:
+    """The Zenoh key of a topic or query of one vehicle."""
+    return f"rot/{vehicle_id}/{name}"
