@@ -1,0 +1,129 @@
+"""Answer the tower's questions: the lease and the numbered hand-over. Pure; each question gets exactly one answer."""
+
+from msgspec.structs import replace
+
+from vehicle_gateway.authority import Event
+from vehicle_gateway.failsafe import Cause
+from vehicle_gateway.hand_over import TakeView, refuse_hand_back, refuse_take
+from vehicle_gateway.lease import renew_epoch, request_lease
+from vehicle_gateway.measure import NEVER_MS, picture_ms
+from vehicle_gateway.state import GatewayLimits, State
+from wire.messages.sensing import CameraStatus
+from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
+from wire.messages.vehicle import HandOver, Mode, VehicleDescription
+
+IN_USE = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
+CAMERA_STATUS_AGE_MAX_NS = 1_500_000_000  # told at 5 Hz: seven missed
+
+
+def answer_leases(state: State, requests: tuple[LeaseRequest, ...], now_ns: int) -> tuple[State, tuple[LeaseReply, ...]]:
+    replies = []
+    for request in requests:
+        lease, rule = request_lease(state.lease, request, now_ns, in_use=state.authority.mode in IN_USE)
+        if lease.session != state.lease.session:  # somebody new: nothing of the old holder's counts
+            state = replace(state, command=None, command_ns=0, dead_man_ns=0, pictures={})
+        state = replace(state, lease=lease)
+        replies.append(LeaseReply(granted=not rule, epoch=0 if rule else lease.epoch, key_hex="", rule=rule, boot_id=state.boot_id))
+    return state, tuple(replies)
+
+
+def answer_hand_overs(
+    state: State, requests: tuple[HandOverRequest, ...], now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits
+) -> tuple[State, tuple[Event, ...], tuple[HandOverReply, ...]]:
+    """The state, the events of what was granted, and a reply for each request in order."""
+    events: list[Event] = []
+    replies = []
+    for request in requests:
+        rule = "a hand-over is being decided" if events else _refuse(state, request, now_ns, vehicle, limits)
+        if not rule:
+            state, event = _grant(state, request, now_ns)
+            events += event
+        replies.append(
+            HandOverReply(
+                number=request.number,
+                rule=rule,
+                lease_epoch=state.lease.epoch,
+                outcome=Outcome.REFUSED if rule else Outcome.GRANTED,
+            )
+        )
+    return state, tuple(events), tuple(replies)
+
+
+def _refuse(state: State, request: HandOverRequest, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> str:
+    mode = state.authority.mode
+    if request.lease_epoch != state.lease.epoch or not state.lease.holder:
+        return "no current lease: ask for it again"
+    match request.action:
+        case Action.TAKE:
+            return refuse_take(take_view(state, now_ns, vehicle, limits), limits.hand_over)
+        case Action.RETURN:
+            if now_ns >= state.guard_until_ns or mode is not Mode.AUTONOMOUS:
+                return "only within the guard time after a hand-back"
+            return refuse_take(take_view(state, now_ns, vehicle, limits, returning=True), limits.hand_over)
+        case Action.HAND_BACK:
+            return hand_back_note(state, now_ns, limits)
+        case Action.ENGAGE:
+            return "" if mode is Mode.STANDBY and state.healthy_since_ns else "only from standby, with a healthy automation"
+        case Action.CLEAR:
+            return "" if mode is Mode.STOPPED else "only a standing car can be cleared"
+
+
+def _grant(state: State, request: HandOverRequest, now_ns: int) -> tuple[State, list[Event]]:
+    match request.action:
+        case Action.CLEAR:
+            return replace(state, stop_pressed=False), []
+        case Action.ENGAGE:
+            return state, [Event.ENGAGED]
+    hand_over = HandOver(number=state.hand_over.number + 1, action=request.action, state="granted", rule="")
+    state = replace(state, hand_over=hand_over, granted_ns=now_ns, lease=renew_epoch(state.lease))
+    match request.action:
+        case Action.HAND_BACK:
+            return state, [Event.HAND_BACK_GRANTED]
+        case Action.RETURN:
+            return replace(state, bounces=state.bounces + 1), [Event.TAKE_GRANTED]
+    return state, [Event.TAKE_GRANTED]
+
+
+def hand_back_note(state: State, now_ns: int, limits: GatewayLimits) -> str:
+    """What is missing for a hand-back; "" when it would be granted."""
+    fresh = (now_ns - state.autonomy_status_ns) / 1e6 <= limits.failsafe.autonomy_status_lost_ms
+    return refuse_hand_back(state.authority.mode, state.autonomy_status, fresh, limits.hand_over)
+
+
+def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits, returning: bool = False) -> TakeView:
+    """What the rules of a take-over look at, from the state."""
+    command, feedback = state.command, state.feedback
+    measured = feedback.road_wheel_angle_rad if feedback else 0.0
+    return TakeView(
+        mode=state.authority.mode,
+        lease_current=bool(state.lease.holder),
+        stop_pressed=state.stop_pressed,
+        recent_stops=sum(now_ns - at < 600e9 for at in state.stops),
+        dead_camera=dead_camera(state, now_ns, vehicle),
+        picture_ms=picture_ms(state, now_ns, vehicle),
+        picture_max_ms=limits.failsafe.picture_lost_ms,
+        command_ms=(now_ns - state.command_ns) / 1e6 if command else NEVER_MS,
+        dead_man=command is not None and command.dead_man,
+        wheel_error_rad=(command.road_wheel_angle_rad - measured) if command else 0.0,
+        throttle_pressed=command is not None and command.acceleration_m_s2 > 0.05,
+        loop_p95_ms=state.loop_ages.p95_ms(),
+        loop_max_ms=limits.failsafe.loop_age_max_ms,
+        car_answers=feedback is not None and not {Cause.FEEDBACK_LOST, Cause.ECU_FAULT} & set(state.causes),
+        returning=returning,
+    )
+
+
+def dead_camera(state: State, now_ns: int, vehicle: VehicleDescription) -> str:
+    """The first required camera that does not show the road ahead now, in words; "" when all do."""
+    for camera in vehicle.cameras:
+        if camera.required:
+            reason = _why_dead(camera.name, state.cameras.get(camera.name), now_ns)
+            if reason:
+                return reason
+    return ""
+
+
+def _why_dead(name: str, status: CameraStatus | None, now_ns: int) -> str:
+    if status is None or now_ns - status.stamp_ns > CAMERA_STATUS_AGE_MAX_NS:
+        return f"camera {name} says nothing"
+    return "" if status.live else f"camera {name} plays a {status.source}: no view of the road ahead"

@@ -1,0 +1,69 @@
+"""The stopping corridor and the odometry it is tracked in: where to brake to when nobody drives. Pure.
+
+The automation's scene brings a path that was checked against road edge and objects. It is kept in the odometry frame (dead
+reckoning of CAN speed and yaw rate), so that SAFE_STOP can follow it closed loop with every other process gone.
+"""
+
+from math import atan2, cos, hypot, sin
+
+from wire.messages.automation import Scene
+from wire.messages.base import Angle, Length, Message, Position, TimeNs
+
+CORRIDOR_AGE_MAX_NS = 1_000_000_000  # evidence older than this is no evidence (ten scenes at 10 Hz)
+LOOK_AHEAD_MIN_M = 3.0  # about one wheelbase: shorter oscillates
+LOOK_AHEAD_S = 0.8
+
+
+class Odometry(Message):
+    """Rear axle, in a frame that starts where the gateway started."""
+
+    x_m: Position = 0.0
+    y_m: Position = 0.0
+    heading_rad: float = 0.0
+
+
+class Corridor(Message):
+    points: tuple[tuple[float, float], ...] = ()  # odometry frame, from the car on
+    checked_ns: TimeNs = 0
+
+
+def advance(odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, dt_s: float) -> Odometry:
+    """Dead reckoning over one cycle, midpoint heading."""
+    middle = odometry.heading_rad + yaw_rate_rad_s * dt_s / 2
+    return Odometry(
+        x_m=odometry.x_m + speed_m_s * dt_s * cos(middle),
+        y_m=odometry.y_m + speed_m_s * dt_s * sin(middle),
+        heading_rad=odometry.heading_rad + yaw_rate_rad_s * dt_s,
+    )
+
+
+def keep_corridor(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, now_ns: int) -> Corridor:
+    """The scene's corridor in the odometry frame. Its pose is `now - stamp` old: the odometry is taken back by that much."""
+    then = advance(odometry, speed_m_s, yaw_rate_rad_s, -(now_ns - scene.stamp_ns) / 1e9)
+    turn = then.heading_rad - scene.heading_rad
+    c, s = cos(turn), sin(turn)
+    points = tuple(
+        (then.x_m + (x - scene.x_m) * c - (y - scene.y_m) * s, then.y_m + (x - scene.x_m) * s + (y - scene.y_m) * c)
+        for x, y in scene.stopping_corridor
+    )
+    return Corridor(points=points, checked_ns=scene.stamp_ns)
+
+
+class Pursuit(Message):
+    road_wheel_angle_rad: Angle
+    remaining_m: Length  # along the corridor
+
+
+def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m: float) -> Pursuit | None:
+    """Steering that follows the corridor (pure pursuit), and how much of it is left; None when the car is beyond its end."""
+    ahead = [(x - odometry.x_m, y - odometry.y_m) for x, y in corridor.points]
+    c, s = cos(odometry.heading_rad), sin(odometry.heading_rad)
+    local = [(dx * c + dy * s, -dx * s + dy * c) for dx, dy in ahead]
+    local = [point for point in local if point[0] > 0.0]
+    if not local:
+        return None
+    look_m = max(LOOK_AHEAD_MIN_M, LOOK_AHEAD_S * abs(speed_m_s))
+    x, y = next((point for point in local if hypot(*point) >= look_m), local[-1])
+    remaining = hypot(*local[0]) + sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(local, local[1:], strict=False))
+    distance2 = max(x * x + y * y, LOOK_AHEAD_MIN_M**2)  # a short rest of the path does not ask for a sharp turn
+    return Pursuit(road_wheel_angle_rad=atan2(2.0 * wheelbase_m * y, distance2), remaining_m=remaining)

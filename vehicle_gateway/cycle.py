@@ -1,0 +1,209 @@
+"""One gateway cycle, pure: take in, measure, answer, decide, ask the driving source, gate. `step` reads like the list.
+
+No clock, no I/O, no logging, no randomness: `now_ns` is the one reading of the shell's clock. Everything it used and gave is
+recorded with every cycle.
+"""
+
+from msgspec.structs import replace
+
+from vehicle_gateway.answers import answer_hand_overs, answer_leases
+from vehicle_gateway.authority import Event, Source, brakes_held, driving_source, next_authority
+from vehicle_gateway.events import happened
+from vehicle_gateway.failsafe import RULES, Cause, braking_of
+from vehicle_gateway.gate import gate
+from vehicle_gateway.measure import measure, take_in
+from vehicle_gateway.safe_stop import safe_stop
+from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State, open_request
+from wire.messages.base import Gear
+from wire.messages.operating import DriveCommand
+from wire.messages.vehicle import Actuation, HandOver, Mode, VehicleDescription
+
+HOLD_M_S2 = -2.0  # holds the car on a slope of 20 %
+EMERGENCY_M_S2 = -6.0  # ours: what an attentive driver brakes with in an emergency
+TEN_MINUTES_NS = 600_000_000_000
+LONGEST_DT_S = 0.1  # ours: after a longer pause limits grow no further, so a stalled gateway takes no leap
+NO_CAP_M_S = 100.0  # the automation keeps its own limit; the cap is the operator's
+
+
+def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> tuple[State, Outputs]:
+    """The state after one cycle and what is to be sent, answered and told."""
+    dt_s = min(max(now_ns - state.now_ns, 0) / 1e9, LONGEST_DT_S)
+    before = take_in(state, inputs, now_ns)
+    measured = measure(before, now_ns, dt_s, vehicle, limits)
+    leased, lease_replies = answer_leases(measured, inputs.lease_requests, now_ns)
+    asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)
+    decided, events = decide(
+        asked, (*granted, *happened(asked, inputs, now_ns, limits, started=state.feedback is None)), now_ns, limits
+    )
+    requested = request_of(decided, now_ns, dt_s, vehicle, limits)
+    result = gate(
+        requested,
+        decided.applied,
+        speed_of(decided),
+        cap_of(decided),
+        in_transition(decided, now_ns, limits),
+        dt_s,
+        vehicle,
+        limits.gate,
+    )
+    after = replace(decided, now_ns=now_ns, applied=result.actuation)
+    return after, Outputs(
+        send=after.feedback is not None,
+        mode=after.authority.mode,
+        requested=requested,
+        applied=result.actuation,
+        brake_hold=brakes_held(after.authority) and abs(speed_of(after)) < limits.authority.standstill_m_s * 2,
+        rules=result.rules,
+        events=events,
+        causes=after.causes,
+        cap_m_s=cap_of(after),
+        lease_replies=lease_replies,
+        hand_over_replies=hand_over_replies,
+    )
+
+
+def speed_of(state: State) -> float:
+    return 0.0 if state.feedback is None else state.feedback.speed_m_s
+
+
+def cap_of(state: State) -> float:
+    return state.cap.cap_m_s if driving_source(state.authority) is Source.OPERATOR else NO_CAP_M_S
+
+
+def in_transition(state: State, now_ns: int, limits: GatewayLimits) -> bool:
+    """Control is changing hands, or did so a moment ago: steps are smaller. A safe stop steers as it must."""
+    if driving_source(state.authority) not in (Source.OPERATOR, Source.AUTONOMY):
+        return False
+    recent = now_ns - state.changed_hands_ns < limits.authority.transition_s * 1e9
+    return recent or state.authority.mode in (Mode.HANDING_OVER, Mode.HANDING_BACK)
+
+
+def decide(state: State, events: tuple[Event, ...], now_ns: int, limits: GatewayLimits) -> tuple[State, tuple[str, ...]]:
+    """Apply the events in the order of their precedence. Also the names of those that changed the mode."""
+    changed = []
+    for event in Event:
+        if event not in events:
+            continue
+        authority = next_authority(state.authority, event)
+        if authority != state.authority:
+            state = _enter(state, authority.mode, event, now_ns, limits)
+            state = replace(state, authority=authority)
+            changed.append(event.value)
+    return state, tuple(changed)
+
+
+def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayLimits) -> State:
+    """Bookkeeping of one transition; the authority itself is set by the caller."""
+    fields: dict[str, object] = {"mode_since_ns": now_ns, "cause": cause_text(state, event)}
+    if event is Event.TAKE_COMMITTED:
+        fields |= {
+            "remote_since_ns": now_ns,
+            "changed_hands_ns": now_ns,
+            "guard_until_ns": 0,
+            "cap": replace(state.cap, cap_m_s=max(speed_of(state), 0.0)),
+            "hand_over": _ended(state, "committed"),
+        }
+    elif event is Event.HAND_BACK_COMMITTED:
+        fields |= {
+            "changed_hands_ns": now_ns,
+            "guard_until_ns": now_ns + round(limits.hand_over.guard_s * 1e9),
+            "hand_over": _ended(state, "committed"),
+        }
+    elif event in (Event.TAKE_LAPSED, Event.HAND_BACK_LAPSED):
+        fields["hand_over"] = _ended(state, "expired")
+    elif state.authority.mode in (Mode.HANDING_OVER, Mode.HANDING_BACK):
+        fields["hand_over"] = _ended(state, "aborted")
+    if event is Event.TAKEOVER_NEEDED and now_ns < state.guard_until_ns:
+        fields["bounces"] = state.bounces + 1
+    if mode is Mode.SAFE_STOP and event is not Event.BUDGET_OVER:
+        fields["stops"] = (*(at for at in state.stops if now_ns - at < TEN_MINUTES_NS), now_ns)
+    if event is Event.ENGAGED:
+        fields |= {"engaged": True, "changed_hands_ns": now_ns}
+    return replace(state, **fields)
+
+
+def _ended(state: State, how: str) -> HandOver:
+    return replace(state.hand_over, state=how)
+
+
+def cause_text(state: State, event: Event) -> str:
+    """Why the mode changes, in words for the operator."""
+    failed = [RULES[cause].text for cause in state.causes if RULES[cause].event is event]
+    if failed:
+        return failed[0]
+    request = open_request(state)
+    texts = {
+        Event.EMERGENCY_BUTTON: "the emergency button in the car",
+        Event.LOCAL_OVERRIDE: "a person in the car drives",
+        Event.LOCAL_UNCLEAR: "the controls in the car moved, nobody is seen in the seat",
+        Event.FAULT: "control changed hands too often" if state.bounces else "the gateway started while the car was moving",
+        Event.TOWER_STOP: "STOP was pressed in the tower",
+        Event.BUDGET_OVER: "nobody took over in time",
+        Event.STANDSTILL: f"stands: {state.cause}",
+        Event.EMERGENCY_RELEASED: "the emergency button was released",
+        Event.LOCAL_RELEASED: "the person in the car gave it back",
+        Event.TAKE_COMMITTED: f"{state.lease.holder} took over",
+        Event.TAKE_LAPSED: "the hand-over was not completed in time",
+        Event.HAND_BACK_COMMITTED: "handed back",
+        Event.HAND_BACK_LAPSED: "the hand-back did not fit in time",
+        Event.TAKE_GRANTED: f"{state.lease.holder} takes over",
+        Event.HAND_BACK_GRANTED: "handing back",
+        Event.TAKEOVER_WITHDRAWN: "the reason is gone",
+        Event.ENGAGED: "engaged",
+        Event.TAKEOVER_NEEDED: "; ".join(reason.text for reason in request.reasons) if request else "take-over requested",
+    }
+    return texts[event][:2000]
+
+
+def request_of(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription, limits: GatewayLimits) -> Actuation:
+    """What the driving source asks for, with the braking of every other valid source: the strongest brake wins."""
+    held = replace(state.applied, acceleration_m_s2=HOLD_M_S2, horn=False)
+    source = driving_source(state.authority)
+    if state.authority.mode is Mode.SAFE_STOP:
+        asked = safe_stop(state.applied, state.corridor, state.odometry, speed_of(state), now_ns, dt_s, vehicle, limits.safe_stop)
+    elif state.authority.mode is Mode.EMERGENCY_STOP:
+        asked = replace(held, acceleration_m_s2=EMERGENCY_M_S2, hazard=True)
+    elif source is Source.LOCAL:
+        angle = state.feedback.road_wheel_angle_rad if state.feedback else 0.0
+        asked = Actuation(road_wheel_angle_rad=angle, acceleration_m_s2=0.0)
+    elif source is Source.AUTONOMY and state.autonomy is not None:
+        asked = Actuation(
+            road_wheel_angle_rad=state.autonomy.road_wheel_angle_rad,
+            gear=Gear.DRIVE,
+            acceleration_m_s2=state.autonomy.acceleration_m_s2,
+            indicators=state.autonomy.indicators,
+        )
+    elif source is Source.OPERATOR and state.command is not None:
+        asked = _of_operator(state.command, state, limits)
+    else:
+        asked = replace(held, hazard=state.authority.mode is Mode.STOPPED)
+    braking = _other_braking(state, now_ns, limits)
+    return replace(asked, acceleration_m_s2=min(asked.acceleration_m_s2, braking)) if braking < 0.0 else asked
+
+
+def _of_operator(command: DriveCommand, state: State, limits: GatewayLimits) -> Actuation:
+    """The operator's command; when it is late or without dead-man its steering is held where it was, and the car slows gently."""
+    late = Cause.COMMAND_SILENT in state.causes or not command.dead_man
+    angle = state.applied.road_wheel_angle_rad if late else command.road_wheel_angle_rad
+    traction = min(command.acceleration_m_s2, 0.0) if late else command.acceleration_m_s2
+    return Actuation(
+        road_wheel_angle_rad=angle,
+        acceleration_m_s2=min(traction, braking_of(state.causes, limits.failsafe)),
+        gear=command.gear,
+        indicators=command.indicators,
+        hazard=command.hazard or late,
+        horn=command.horn,
+    )
+
+
+def _other_braking(state: State, now_ns: int, limits: GatewayLimits) -> float:
+    """The strongest braking of the valid sources that do not drive [m/s2, <= 0].
+
+    An operator's pressed brake always counts; the automation's counts while it receives, or drives anyway.
+    """
+    command, autonomy = state.command, state.autonomy
+    fresh = now_ns - state.command_ns < limits.failsafe.command_gentle_ms * 1e6
+    operator = command.acceleration_m_s2 if command is not None and fresh else 0.0
+    pressed = operator if operator <= limits.authority.operator_brake_m_s2 else 0.0
+    receiving = state.authority.mode is Mode.HANDING_BACK and autonomy is not None
+    return min(pressed, autonomy.acceleration_m_s2 if receiving and autonomy is not None else 0.0, 0.0)

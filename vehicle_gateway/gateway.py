@@ -1,0 +1,202 @@
+"""`vehicle-gateway run`: the shell around the cycle. Owns the car's hub, the vehicle bus and the clock; decides nothing.
+
+A cycle runs on every valid command, at most 250 Hz, and otherwise on its own 10 ms deadline: silence from everybody still
+gives a cycle, and a cycle that sees silence brakes.
+"""
+
+import gc
+import secrets
+import sys
+import threading
+import traceback
+from pathlib import Path
+
+import msgspec
+
+from vehicle_gateway.can.bus import Bus, open_bus
+from vehicle_gateway.can.codec import encode_command
+from vehicle_gateway.cycle import step
+from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
+from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file, recall
+from vehicle_gateway.reports import status_of, vehicle_state_of
+from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.state import Inputs, Outputs, State, initial_state
+from wire.clock import Clock, utc_minus_monotonic_ns
+from wire.configuration import read_sections
+from wire.link import Link, open_link
+from wire.messages.operating import ClockPing, ClockPong
+from wire.messages.vehicle import GatewayCycle, Mode, VehicleDescription
+from wire.pace import Lateness, raise_priority
+from wire.settings import WireSettings
+from wire.topics import Role
+
+DEADLINE_NS = 10_000_000
+SHORTEST_NS = 4_000_000  # 250 Hz
+STATE_NS, STATUS_NS, SECOND_NS = 20_000_000, 50_000_000, 1_000_000_000
+
+
+def run(config: Path, stop: threading.Event) -> int:
+    """The gateway until `stop` is set. Raises ConfigurationError and LinkError at start; an exception later exits 1."""
+    sections = read_sections(
+        config, {"wire": WireSettings, "vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings}
+    )
+    wire: WireSettings = sections["wire"]
+    settings: VehicleGatewaySettings = sections["vehicle_gateway"]
+    file = Path(settings.memory) if settings.memory else default_file(wire.link.vehicle_id)
+    remembered = recall(file)
+    clock = Clock()
+    boot_id = secrets.token_hex(8)
+    with Memory(file) as memory, open_link(wire.link, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
+        inbox = Inbox(link, boot_id)
+        with open_bus(settings.can, "vehicle", inbox.on_frame, clock) as bus:
+            gateway = Gateway(link, bus, inbox, memory, clock, sections["vehicle"], settings, remembered)
+            return gateway.run(stop, wire.pace.fifo_priority)
+
+
+class Gateway:
+    def __init__(
+        self,
+        link: Link,
+        bus: Bus,
+        inbox: Inbox,
+        memory: Memory,
+        clock: Clock,
+        vehicle: VehicleDescription,
+        settings: VehicleGatewaySettings,
+        remembered: Remembered,
+    ) -> None:
+        self._link, self._bus, self._inbox, self._memory, self._clock = link, bus, inbox, memory, clock
+        self._vehicle, self._limits = vehicle, settings.limits
+        self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
+        self._utc_ns = utc_minus_monotonic_ns()
+        self.state = recalled_state(remembered, inbox.guard.boot_id, clock.now_ns(), self._utc_ns)
+        self._lateness = Lateness(DEADLINE_NS)
+        self._scheduling = "other"
+        self._number = 0
+        self._told: dict[str, int] = {}  # when each periodic topic was last published
+        link.on("clock_ping", self._on_ping)
+
+    def _on_ping(self, ping: ClockPing, received_ns: int) -> None:
+        self._link.publish(
+            "clock_pong",
+            ClockPong(number=ping.number, ping_sent_ns=ping.sent_ns, received_ns=received_ns, sent_ns=self._clock.now_ns()),
+        )
+
+    def run(self, stop: threading.Event, fifo_priority: int) -> int:
+        self._scheduling = raise_priority(fifo_priority)
+        gc.collect()
+        gc.freeze()
+        deadline_ns = self._clock.now_ns()
+        try:
+            while not stop.is_set():
+                now_ns, deadline_ns = self._wait(deadline_ns)
+                self._cycle(now_ns)
+        except Exception:  # noqa: BLE001 - whatever it is: the car must stop, and the ECU does that when we are silent
+            traceback.print_exc(file=sys.stderr)
+            return 1
+        return 0
+
+    def _wait(self, deadline_ns: int) -> tuple[int, int]:
+        """Until the deadline or a valid command, whichever is first. Now, and the next deadline."""
+        earliest_ns = self.state.now_ns + SHORTEST_NS
+        woken = self._inbox.wake.wait(max(deadline_ns - self._clock.now_ns(), 0) / 1e9)
+        rest_ns = earliest_ns - self._clock.now_ns()
+        if woken and rest_ns > 0:
+            threading.Event().wait(rest_ns / 1e9)
+        self._inbox.wake.clear()
+        now_ns = self._clock.now_ns()
+        self._lateness.add(min(deadline_ns, now_ns), now_ns)
+        return now_ns, now_ns + DEADLINE_NS
+
+    def _cycle(self, now_ns: int) -> None:
+        inputs, lease_replies, hand_over_replies = self._inbox.take(now_ns)
+        before = self.state
+        self.state, outputs = step(before, inputs, now_ns, self._vehicle, self._limits)
+        if outputs.send:
+            self._send(outputs)
+        sent_ns = self._clock.now_ns()
+        self._answer(before, outputs, lease_replies, hand_over_replies)
+        self._remember(before)
+        self._publish(before, inputs, outputs, now_ns, sent_ns)
+
+    def _send(self, outputs: Outputs) -> None:
+        for frame in encode_command(outputs.applied, outputs.mode, outputs.brake_hold, self._number):
+            self._bus.send(frame)
+
+    def _answer(self, before: State, outputs: Outputs, lease_replies: list[Reply], hand_over_replies: list[Reply]) -> None:
+        lease = self.state.lease
+        if lease.session != before.lease.session:
+            self._inbox.key = secrets.token_bytes(32)
+            self._inbox.guard = msgspec.structs.replace(self._inbox.guard, last_sequence=0)
+        if lease.epoch != self._inbox.guard.epoch:
+            self._inbox.guard = msgspec.structs.replace(self._inbox.guard, epoch=lease.epoch)
+        for reply, lease_answer in zip(lease_replies, outputs.lease_replies, strict=True):
+            reply(lease_reply_with_key(lease_answer, self._inbox.key))
+        for reply, answer in zip(hand_over_replies, outputs.hand_over_replies, strict=True):
+            reply(answer)
+
+    def _remember(self, before: State) -> None:
+        new = remember(self.state, self._epoch_reserved, self._utc_ns)
+        if new != remember(before, self._epoch_reserved, self._utc_ns):
+            self._memory.keep(new)
+
+    def _publish(self, before: State, inputs: Inputs, outputs: Outputs, now_ns: int, sent_ns: int) -> None:
+        self._number += 1
+        command = self.state.command
+        self._link.publish(
+            "gateway_cycle",
+            GatewayCycle(
+                number=self._number,
+                now_ns=now_ns,
+                inputs=msgspec.Raw(msgspec.json.encode(inputs)),
+                outputs=msgspec.Raw(msgspec.json.encode(outputs)),
+                can_sent_ns=sent_ns,
+                command_sequence=command.sequence if command else 0,
+                new_command=inputs.command is not None,
+                loop_age_ms=self.state.loop_age_ms,
+                mode=outputs.mode,
+                rules=outputs.rules,
+            ),
+        )
+        changed = before.authority != self.state.authority or before.hand_over != self.state.hand_over
+        if self._due("vehicle_state", STATE_NS, now_ns):
+            self._link.publish(
+                "vehicle_state",
+                vehicle_state_of(self.state, outputs, self._number, self._clock.now_ns(), self._vehicle),
+            )
+        if self._due("gateway_status", STATUS_NS, now_ns) or changed or outputs.lease_replies:
+            self._link.publish("gateway_status", status_of(self.state, now_ns, self._vehicle, self._limits, self._dropped()))
+        if self._due("vehicle_description", SECOND_NS, now_ns):
+            self._link.publish("vehicle_description", self._vehicle)
+            self._link.publish("car_health", self._lateness.health("gateway", "cycle", now_ns, self._scheduling, self._dropped()))
+
+    def _due(self, name: str, period_ns: int, now_ns: int) -> bool:
+        if now_ns - self._told.get(name, 0) < period_ns:
+            return False
+        self._told[name] = now_ns if now_ns - self._told.get(name, 0) > 2 * period_ns else self._told[name] + period_ns
+        return True
+
+    def _dropped(self) -> dict[str, int]:
+        return self._inbox.all_dropped() | self._bus.dropped
+
+
+def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_now_ns: int) -> State:
+    """The state a gateway starts with: latches, epochs and recent stops survive a restart."""
+    state = initial_state(boot_id, now_ns, remembered.epoch_reserved, remembered.emergency_latched)
+    if remembered.stop_latched and not remembered.emergency_latched:
+        authority = msgspec.structs.replace(state.authority, mode=Mode.STOPPED, origin=Mode.STOPPED)
+        state = msgspec.structs.replace(state, authority=authority, cause="stopped before the gateway was restarted")
+    stops = tuple(max(at - utc_minus_now_ns, 0) for at in remembered.stops_utc_ns)
+    return msgspec.structs.replace(state, engaged=remembered.engaged, stops=stops)
+
+
+def remember(state: State, epoch_reserved: int, utc_minus_now_ns: int) -> Remembered:
+    """What a restarted gateway has to know."""
+    mode = state.authority.mode
+    return Remembered(
+        epoch_reserved=epoch_reserved,
+        emergency_latched=mode is Mode.EMERGENCY_STOP,
+        stop_latched=mode in (Mode.SAFE_STOP, Mode.STOPPED),
+        engaged=state.engaged,
+        stops_utc_ns=tuple(at + utc_minus_now_ns for at in state.stops),
+    )

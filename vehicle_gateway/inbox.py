@@ -1,0 +1,132 @@
+"""Where everything for the gateway arrives: library threads check and put, the loop takes. A shell: it decides nothing."""
+
+import threading
+from collections import Counter
+from collections.abc import Callable
+from typing import TypeVar
+
+from vehicle_gateway.can.codec import FeedbackState, decode
+from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.lease import CommandGuard, refuse_command
+from vehicle_gateway.state import Inputs
+from wire.latest import EventQueue, Latest, Received
+from wire.link import Link
+from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
+from wire.messages.base import Message
+from wire.messages.operating import DriveCommand
+from wire.messages.sensing import CameraStatus
+from wire.messages.session import HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
+from wire.signature import is_genuine
+
+Reply = Callable[[Message], None]
+T = TypeVar("T")
+QUESTIONS_MAX = 32  # waiting at once; a flood is refused and counted
+
+
+class Inbox:
+    """Everything that arrived since the loop last looked. `wake` is set when a valid command or a question came."""
+
+    def __init__(self, link: Link, boot_id: str) -> None:
+        self.wake = threading.Event()
+        self.dropped: Counter[str] = Counter()
+        self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
+        self.key = b""  # of the current lease; "" refuses everything
+        self._command: Received[DriveCommand] | None = None
+        self._feedback = FeedbackState()
+        self._cameras: EventQueue[CameraStatus] = link.events("camera_status")
+        self._stops = link.events("tower_stop", limit=64)
+        self._autonomy: Latest[AutonomyCommand] = link.level("autonomy_command")
+        self._status: Latest[AutonomyStatus] = link.level("autonomy_status")
+        self._scene: Latest[Scene] = link.level("scene")
+        self._leases: EventQueue[tuple[LeaseRequest, Reply]] = EventQueue(QUESTIONS_MAX)
+        self._hand_overs: EventQueue[tuple[HandOverRequest, Reply]] = EventQueue(QUESTIONS_MAX)
+        self._taken: dict[int, object] = {}
+        self._link = link
+        link.on("drive_command", self._on_command)
+        link.serve_later("lease", self._on_lease)
+        link.serve_later("hand_over", self._on_hand_over)
+
+    def _on_command(self, command: DriveCommand, received_ns: int) -> None:
+        genuine = bool(self.key) and is_genuine(command, self.key)
+        reason = refuse_command(command, self.guard, genuine, received_ns)
+        if reason:
+            self.dropped[reason] += 1
+            return
+        self.guard = CommandGuard(epoch=self.guard.epoch, boot_id=self.guard.boot_id, last_sequence=command.sequence)
+        self._command = Received(command, received_ns)
+        self.wake.set()
+
+    def on_frame(self, frame: Frame, _: int) -> None:
+        self._feedback, reason = decode(self._feedback, frame)
+        if reason:
+            self.dropped[reason] += 1
+
+    def _on_lease(self, request: LeaseRequest, reply: Reply) -> None:
+        self._leases.put((request, reply), 0)
+        self.wake.set()
+
+    def _on_hand_over(self, request: HandOverRequest, reply: Reply) -> None:
+        if not self.key or not is_genuine(request, self.key):
+            self.dropped["hand-over signature"] += 1
+            reply(
+                HandOverReply(
+                    number=request.number,
+                    outcome=Outcome.REFUSED,
+                    lease_epoch=0,
+                    rule="not signed with the key of the current lease: ask for it again",
+                )
+            )
+            return
+        self._hand_overs.put((request, reply), 0)
+        self.wake.set()
+
+    def take(self, now_ns: int) -> tuple[Inputs, list[Reply], list[Reply]]:
+        """What arrived since the last call, and how to answer the lease and hand-over questions in it."""
+        leases = [item.message for item in self._leases.drain()]
+        hand_overs = [item.message for item in self._hand_overs.drain()]
+        stops = [item.message.number for item in self._stops.drain()]
+        command, self._command = self._command, None
+        inputs = Inputs(
+            feedback=self._new(0, self._feedback.feedback),
+            command=command.message if command else None,
+            command_ns=command.received_ns if command else 0,
+            autonomy=self._newest(1, self._autonomy),
+            autonomy_status=self._newest(2, self._status),
+            scene=self._newest(3, self._scene),
+            cameras=tuple(item.message for item in self._cameras.drain()),
+            stop_number=stops[-1] if stops else 0,
+            lease_requests=tuple(request for request, _ in leases),
+            hand_over_requests=tuple(request for request, _ in hand_overs),
+        )
+        return inputs, [reply for _, reply in leases], [reply for _, reply in hand_overs]
+
+    def _new(self, slot: int, value: T | None) -> T | None:
+        """The value if it is another object than at the last call."""
+        if value is None or self._taken.get(slot) is value:
+            return None
+        self._taken[slot] = value
+        return value
+
+    def _newest(self, slot: int, latest: Latest[T]) -> T | None:
+        received = latest.get()
+        return self._new(slot, received.message) if received else None
+
+    def all_dropped(self) -> dict[str, int]:
+        """Everything refused on this side, by reason."""
+        refused = {
+            "questions": self._leases.refused + self._hand_overs.refused,
+            "stops": self._stops.refused,
+            "camera status": self._cameras.refused,
+        }
+        return {**self._link.dropped, **self.dropped, **{name: count for name, count in refused.items() if count}}
+
+
+def lease_reply_with_key(reply: LeaseReply, key: bytes) -> LeaseReply:
+    """The answer to a granted request carries the key of the lease; a refusal never does."""
+    return LeaseReply(
+        granted=reply.granted,
+        epoch=reply.epoch,
+        key_hex=key.hex() if reply.granted else "",
+        rule=reply.rule,
+        boot_id=reply.boot_id,
+    )

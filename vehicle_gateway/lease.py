@@ -1,0 +1,66 @@
+"""The lease: the exclusive right to ask, and the fencing token that makes an old operator's commands worthless.
+
+A new epoch per grant, strictly increasing over the life of the car (the shell persists it before it answers). The key of the
+lease never enters this file: the shell checks the HMAC and tells the outcome.
+"""
+
+from wire.messages.base import Count, Message, Name, TimeNs
+from wire.messages.operating import DriveCommand
+from wire.messages.session import LeaseRequest
+
+SILENT_OTHER_NS = 5_000_000_000  # another operator gets the lease of a holder silent this long (architecture: 5 s)
+SILENT_SAME_NS = 500_000_000  # the same operator's restarted tower: as long as SAFE_STOP takes to fall
+ECHO_AGE_MAX_NS = 500_000_000  # a command that answers an older state of the car is no answer (OCP loop limit 500 ms)
+
+
+class Lease(Message):
+    epoch: Count = 0  # of the newest grant; commands with any other are dropped
+    holder: Name = ""
+    session: Name = ""
+    seen_ns: TimeNs = 0  # when its holder was last heard, vehicle clock
+
+
+def request_lease(lease: Lease, request: LeaseRequest, now_ns: int, in_use: bool) -> tuple[Lease, str]:
+    """The lease after a request, and the rule that refused it ("" when granted or renewed).
+
+    in_use  the holder drives, or control is changing hands: then nobody else gets it, whatever the silence
+    """
+    if lease.session == request.session and lease.holder == request.operator:
+        return Lease(epoch=lease.epoch, holder=lease.holder, session=lease.session, seen_ns=now_ns), ""
+    silent_ns = now_ns - lease.seen_ns
+    patience_ns = SILENT_SAME_NS if lease.holder == request.operator else SILENT_OTHER_NS
+    if lease.holder and (in_use or silent_ns < patience_ns):
+        return (
+            lease,
+            f"the lease is held by {lease.holder}; it is offered when its holder is silent for {patience_ns / 1e9:g} s",
+        )
+    return Lease(epoch=lease.epoch + 1, holder=request.operator, session=request.session, seen_ns=now_ns), ""
+
+
+def renew_epoch(lease: Lease) -> Lease:
+    """The same holder with the next epoch: every hand-over grant makes one."""
+    return Lease(epoch=lease.epoch + 1, holder=lease.holder, session=lease.session, seen_ns=lease.seen_ns)
+
+
+class CommandGuard(Message):
+    """What a command is checked against when it arrives."""
+
+    epoch: Count
+    boot_id: Name
+    last_sequence: Count
+
+
+def refuse_command(command: DriveCommand, guard: CommandGuard, genuine: bool, now_ns: int) -> str:
+    """Why a command is dropped, as the name it is counted under; "" when it is good.
+
+    now_ns  vehicle clock at arrival; the echoed stamp is on the same clock when the boot id is ours
+    """
+    checks = (
+        (command.lease_epoch != guard.epoch, "command epoch"),
+        (not genuine, "command signature"),
+        (command.sequence <= guard.last_sequence, "command sequence"),
+        (command.echoed_boot_id != guard.boot_id, "command boot id"),
+        (now_ns - command.echoed_vehicle_ns > ECHO_AGE_MAX_NS, "command echo age"),
+        (command.echoed_vehicle_ns > now_ns, "command from the future"),
+    )
+    return next((reason for failed, reason in checks if failed), "")

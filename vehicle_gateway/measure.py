@@ -1,0 +1,137 @@
+"""Take in what arrived, and measure: ages, progress of pictures, loop age, speed cap, odometry, active causes. Pure."""
+
+from msgspec.structs import replace
+
+from vehicle_gateway.authority import RECEIVES, driving_source
+from vehicle_gateway.corridor import advance, keep_corridor
+from vehicle_gateway.failsafe import Ages, active_causes
+from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
+from wire.messages.operating import DriveCommand
+from wire.messages.vehicle import VehicleDescription
+
+NEVER_MS = 1e9
+
+
+def take_in(state: State, inputs: Inputs, now_ns: int) -> State:
+    """The newest of everything."""
+    fields: dict[str, object] = {}
+    if inputs.feedback is not None:
+        fields |= {"feedback": inputs.feedback, "feedback_ns": now_ns}
+    if inputs.autonomy is not None:
+        fields |= {"autonomy": inputs.autonomy, "autonomy_ns": now_ns}
+    if inputs.autonomy_status is not None:
+        fields |= {"autonomy_status": inputs.autonomy_status, "autonomy_status_ns": now_ns}
+    if inputs.cameras:
+        fields["cameras"] = state.cameras | {status.camera: status for status in inputs.cameras}
+    if inputs.stop_number not in (0, state.stop_number):  # a restarted tower counts from elsewhere
+        fields |= {"stop_number": inputs.stop_number, "stop_pressed": True}
+    if inputs.command is not None:
+        fields |= _of_command(state, inputs.command, inputs.command_ns)
+    if inputs.scene is not None and state.feedback is not None:
+        fields["corridor"] = keep_corridor(
+            inputs.scene, state.odometry, state.feedback.speed_m_s, state.feedback.yaw_rate_rad_s, now_ns
+        )
+    return replace(state, **fields) if fields else state
+
+
+def _of_command(state: State, command: DriveCommand, at_ns: int) -> dict[str, object]:
+    pictures = dict(state.pictures)
+    for camera, capture_ns in command.displayed_capture_ns.items():
+        known = pictures.get(camera)
+        if known is None or capture_ns > known.capture_ns:
+            pictures[camera] = Picture(capture_ns=capture_ns, advanced_ns=at_ns)
+    return {
+        "command": command,
+        "command_ns": at_ns,
+        "pictures": pictures,
+        "dead_man_ns": at_ns if command.dead_man else state.dead_man_ns,
+        "lease": replace(state.lease, seen_ns=at_ns),
+    }
+
+
+def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription, limits: GatewayLimits) -> State:
+    """Everything that follows from the newest messages and the time alone."""
+    new_command = state.command is not None and state.command_ns > state.now_ns
+    age_ms = loop_age_ms(state, vehicle) if new_command else state.loop_age_ms
+    loop_ages = state.loop_ages.add(now_ns, age_ms) if new_command else state.loop_ages
+    p95_ms = loop_ages.p95_ms()
+    slow = p95_ms > limits.failsafe.loop_age_max_ms
+    remote_s = (now_ns - state.remote_since_ns) / 1e9
+    cap = state.cap.step(p95_ms, vehicle.speed_max_remote_m_s, remote_s, now_ns, dt_s, limits.cap)
+    feedback = state.feedback
+    odometry = (
+        state.odometry if feedback is None else advance(state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, min(dt_s, 0.1))
+    )
+    measured = replace(
+        state,
+        loop_ages=loop_ages,
+        loop_age_ms=age_ms,
+        cap=cap,
+        odometry=odometry,
+        slow_since_ns=(state.slow_since_ns or now_ns) if slow else 0,
+        healthy_since_ns=(state.healthy_since_ns or now_ns) if is_autonomy_fit(state, now_ns, limits) else 0,
+        override_since_ns=(state.override_since_ns or now_ns) if is_overridden(state, limits.authority) else 0,
+    )
+    authority = measured.authority
+    return replace(
+        measured,
+        causes=active_causes(
+            ages_of(measured, now_ns, vehicle), driving_source(authority), RECEIVES.get(authority.mode), limits.failsafe
+        ),
+    )
+
+
+def loop_age_ms(state: State, vehicle: VehicleDescription) -> float:
+    """From the capture of what the operator saw, worst required camera, to the arrival of his command. 0 with no picture."""
+    required = [camera.name for camera in vehicle.cameras if camera.required]
+    seen = [state.pictures[name].capture_ns for name in required if name in state.pictures]
+    return max(state.command_ns - min(seen), 0) / 1e6 if seen else 0.0
+
+
+def picture_ms(state: State, now_ns: int, vehicle: VehicleDescription) -> float:
+    """Since the worst required camera last brought something new to the operator's screen; a camera never seen is worst."""
+
+    def silence_ms(name: str) -> float:
+        picture = state.pictures.get(name)
+        return NEVER_MS if picture is None else (now_ns - picture.advanced_ns) / 1e6
+
+    return max((silence_ms(camera.name) for camera in vehicle.cameras if camera.required), default=0.0)
+
+
+def ages_of(state: State, now_ns: int, vehicle: VehicleDescription) -> Ages:
+    def since_ms(at_ns: int) -> float:
+        return (now_ns - at_ns) / 1e6 if at_ns else NEVER_MS
+
+    status = state.autonomy_status
+    return Ages(
+        feedback_ms=since_ms(state.feedback_ns),
+        ecu_following=state.feedback is None or state.feedback.ecu_following,
+        command_ms=since_ms(state.dead_man_ns),
+        picture_ms=picture_ms(state, now_ns, vehicle),
+        loop_too_slow_s=(now_ns - state.slow_since_ns) / 1e9 if state.slow_since_ns else 0.0,
+        autonomy_ms=since_ms(state.autonomy_ns),
+        autonomy_status_ms=since_ms(state.autonomy_status_ns),
+        autonomy_healthy=status is not None and status.healthy,
+    )
+
+
+def is_autonomy_fit(state: State, now_ns: int, limits: GatewayLimits) -> bool:
+    """The automation is fresh, healthy and has a plan it could drive."""
+    status = state.autonomy_status
+    return (
+        status is not None
+        and status.healthy
+        and status.drivable_s > 0.0
+        and state.autonomy is not None
+        and state.feedback is not None
+        and (now_ns - state.autonomy_ns) / 1e6 <= limits.failsafe.autonomy_lost_ms
+        and (now_ns - state.autonomy_status_ns) / 1e6 <= limits.failsafe.autonomy_status_lost_ms
+    )
+
+
+def is_overridden(state: State, limits: AuthorityLimits) -> bool:
+    """Somebody steers or brakes at the car's own controls."""
+    feedback = state.feedback
+    return feedback is not None and (
+        abs(feedback.driver_torque_nm) > limits.override_torque_nm or feedback.driver_brake > limits.override_brake
+    )

@@ -1,0 +1,51 @@
+"""The programs of the car: `vehicle-gateway run|video|simulate|ecu`. Each imports only what it runs."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from wire.configuration import shipped
+from wire.process import run_until_stopped
+
+application = typer.Typer(
+    help="In the car: who drives, the gate to CAN, the cameras, and a simulated car when there is none.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
+DEFAULT = shipped("simulated.toml")
+
+
+def _start(module: str, config: Path) -> None:
+    raise typer.Exit(run_until_stopped(import_module(module).run, config))
+
+
+@application.command()
+def run(config: Config = DEFAULT) -> None:
+    """Authority, failsafe, gate, lease and CAN: the only way to the car."""
+    _start("vehicle_gateway.gateway", config)
+
+
+@application.command()
+def video(config: Config = DEFAULT) -> None:
+    """Encode the cameras and send them to the tower and the recorder."""
+    _start("vehicle_gateway.video.video", config)
+
+
+@application.command()
+def simulate(config: Config = DEFAULT) -> None:
+    """The simulated car, its world and its sensors."""
+    _start("vehicle_gateway.simulation.simulate", config)
+
+
+@application.command()
+def ecu(config: Config = DEFAULT) -> None:
+    """The simulated drive-by-wire ECU on the far side of CAN."""
+    _start("vehicle_gateway.simulation.ecu", config)
+
+
+def main() -> None:
+    application()

@@ -1,0 +1,59 @@
+"""What the gateway tells everybody, made from its state. Pure."""
+
+from collections.abc import Mapping
+
+from vehicle_gateway.answers import hand_back_note, take_view
+from vehicle_gateway.hand_over import refuse_take
+from vehicle_gateway.measure import ages_of
+from vehicle_gateway.state import GatewayLimits, Outputs, State, open_request
+from wire.messages.base import Gear
+from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription, VehicleState
+
+
+def status_of(
+    state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits, dropped: Mapping[str, int]
+) -> GatewayStatus:
+    mode = state.authority.mode
+    request = open_request(state)
+    budget_s = request.budget_s - (now_ns - request.raised_ns) / 1e9 if request else 0.0
+    note = hand_back_note(state, now_ns, limits)
+    return GatewayStatus(
+        stamp_ns=now_ns,
+        boot_id=state.boot_id,
+        mode=mode,
+        mode_since_ns=state.mode_since_ns,
+        cause=state.cause,
+        lease_holder=state.lease.holder,
+        lease_epoch=state.lease.epoch,
+        hand_over=state.hand_over,
+        request=request,
+        budget_remaining_s=max(budget_s, 0.0),
+        guard_remaining_s=max((state.guard_until_ns - now_ns) / 1e9, 0.0) if mode is Mode.AUTONOMOUS else 0.0,
+        hand_back_ready=not note,
+        hand_back_note=note,
+        take_refused=refuse_take(take_view(state, now_ns, vehicle, limits), limits.hand_over),
+        failsafe=state.causes[0] if state.causes else "",
+        stop_number=state.stop_number,
+        stops_in_ten_minutes=sum(now_ns - at < 600e9 for at in state.stops),
+        dropped=dict(dropped),
+    )
+
+
+def vehicle_state_of(state: State, outputs: Outputs, sequence: int, now_ns: int, vehicle: VehicleDescription) -> VehicleState:
+    feedback = state.feedback
+    return VehicleState(
+        stamp_ns=now_ns,
+        boot_id=state.boot_id,
+        sequence=sequence,
+        speed_m_s=feedback.speed_m_s if feedback else 0.0,
+        acceleration_m_s2=feedback.acceleration_m_s2 if feedback else 0.0,
+        yaw_rate_rad_s=feedback.yaw_rate_rad_s if feedback else 0.0,
+        road_wheel_angle_rad=feedback.road_wheel_angle_rad if feedback else 0.0,
+        gear=feedback.gear if feedback else Gear.PARK,
+        requested=outputs.requested,
+        applied=outputs.applied,
+        rules=outputs.rules,
+        speed_cap_m_s=outputs.cap_m_s,
+        loop_age_ms=state.loop_age_ms,
+        command_age_ms=ages_of(state, now_ns, vehicle).command_ms,
+    )

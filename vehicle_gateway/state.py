@@ -1,0 +1,139 @@
+"""What one gateway cycle works on: its limits, its inputs, its state, its outputs. Structs only, recorded as they are.
+
+Inputs hold only what arrived since the last cycle; the state holds the newest of everything. Recorded inputs, fed again in
+order, give the same outputs.
+"""
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from vehicle_gateway.authority import Authority
+from vehicle_gateway.can.codec import Feedback
+from vehicle_gateway.corridor import Corridor, Odometry
+from vehicle_gateway.failsafe import Cause, FailsafeLimits
+from vehicle_gateway.gate import GateLimits
+from vehicle_gateway.hand_over import HandOverLimits
+from vehicle_gateway.lease import Lease
+from vehicle_gateway.link_quality import CapLimits, LoopAges, SpeedCap
+from vehicle_gateway.safe_stop import StopLimits
+from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene, TakeoverRequest
+from wire.messages.base import Count, Message, Name, Speed, Text, TimeNs
+from wire.messages.operating import DriveCommand
+from wire.messages.sensing import CameraStatus
+from wire.messages.session import HandOverReply, HandOverRequest, LeaseReply, LeaseRequest
+from wire.messages.vehicle import Actuation, HandOver, Mode
+
+
+class AuthorityLimits(Message):
+    engage_autonomously: bool = False  # from STANDBY by itself, once, when the automation is healthy; never on a public road
+    engage_after_s: Annotated[float, Meta(ge=0.0, le=60.0)] = 1.0
+    override_ms: Annotated[float, Meta(ge=10.0, le=1000.0)] = 50.0  # architecture: seat and torque or brake for >= 50 ms
+    override_torque_nm: Annotated[float, Meta(ge=0.5, le=20.0)] = 3.0  # ours: above road shake, far below a pull
+    override_brake: Annotated[float, Meta(ge=0.01, le=1.0)] = 0.1
+    standstill_m_s: Annotated[float, Meta(ge=0.01, le=0.5)] = 0.05
+    operator_brake_m_s2: Annotated[float, Meta(ge=-5.0, le=-0.1)] = -1.0  # harder than engine braking: a pressed pedal
+    transition_s: Annotated[float, Meta(ge=0.0, le=10.0)] = 1.5  # smaller steps after control changed hands
+
+
+class GatewayLimits(Message):
+    authority: AuthorityLimits = AuthorityLimits()
+    gate: GateLimits = GateLimits()
+    failsafe: FailsafeLimits = FailsafeLimits()
+    safe_stop: StopLimits = StopLimits()
+    cap: CapLimits = CapLimits()
+    hand_over: HandOverLimits = HandOverLimits()
+
+
+class Inputs(Message):
+    """What arrived since the last cycle; None and () for nothing. Authenticated and range-checked before."""
+
+    feedback: Feedback | None = None
+    command: DriveCommand | None = None
+    command_ns: TimeNs = 0  # vehicle clock at arrival
+    autonomy: AutonomyCommand | None = None
+    autonomy_status: AutonomyStatus | None = None
+    scene: Scene | None = None
+    cameras: tuple[CameraStatus, ...] = ()
+    stop_number: Count = 0  # of the newest TowerStop; 0 when none came
+    lease_requests: tuple[LeaseRequest, ...] = ()
+    hand_over_requests: tuple[HandOverRequest, ...] = ()
+
+
+class Picture(Message):
+    """What the operator's commands say about one camera."""
+
+    capture_ns: TimeNs  # newest capture stamp seen on the operator's screen
+    advanced_ns: TimeNs  # when that stamp last became newer
+
+
+class State(Message):
+    boot_id: Name
+    now_ns: TimeNs
+    authority: Authority
+    mode_since_ns: TimeNs
+    cause: Text = ""
+    lease: Lease = Lease()
+    feedback: Feedback | None = None
+    feedback_ns: TimeNs = 0
+    command: DriveCommand | None = None
+    command_ns: TimeNs = 0
+    dead_man_ns: TimeNs = 0  # when the last valid command with the dead-man held arrived
+    autonomy: AutonomyCommand | None = None
+    autonomy_ns: TimeNs = 0
+    autonomy_status: AutonomyStatus | None = None
+    autonomy_status_ns: TimeNs = 0
+    healthy_since_ns: TimeNs = 0  # 0: not healthy
+    engaged: bool = False
+    cameras: dict[Name, CameraStatus] = {}
+    pictures: dict[Name, Picture] = {}
+    loop_ages: LoopAges = LoopAges()
+    loop_age_ms: Annotated[float, Meta(ge=0)] = 0.0
+    slow_since_ns: TimeNs = 0  # since when the p95 has been above its limit; 0: it is not
+    cap: SpeedCap = SpeedCap(cap_m_s=0.0, bad_ns=0)
+    odometry: Odometry = Odometry()
+    corridor: Corridor = Corridor()
+    applied: Actuation = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
+    hand_over: HandOver = HandOver(number=0, action="", state="", rule="")
+    granted_ns: TimeNs = 0
+    changed_hands_ns: TimeNs = 0  # when the driving source last changed
+    remote_since_ns: TimeNs = 0
+    guard_until_ns: TimeNs = 0
+    bounces: Count = 0
+    stop_number: Count = 0
+    stop_pressed: bool = False
+    stops: tuple[TimeNs, ...] = ()  # unplanned SAFE_STOPs of the last ten minutes
+    override_since_ns: TimeNs = 0  # 0: nobody touches the controls in the car
+    causes: tuple[Cause, ...] = ()
+
+
+class Outputs(Message):
+    send: bool  # whether there is anything to put on CAN: not before the car has told how fast it is
+    mode: Mode
+    requested: Actuation
+    applied: Actuation
+    brake_hold: bool
+    rules: tuple[Name, ...]
+    events: tuple[Name, ...]  # those that changed the mode in this cycle
+    causes: tuple[Cause, ...]
+    cap_m_s: Speed
+    lease_replies: tuple[LeaseReply, ...] = ()  # without the key: the shell adds it
+    hand_over_replies: tuple[HandOverReply, ...] = ()
+
+
+def open_request(state: State) -> TakeoverRequest | None:
+    """The automation's open take-over request, if any."""
+    return None if state.autonomy_status is None else state.autonomy_status.request
+
+
+def initial_state(boot_id: str, now_ns: int, first_epoch: int, emergency_latched: bool) -> State:
+    """The state before the first cycle: nobody drives; a latched emergency stop stays one."""
+    mode = Mode.EMERGENCY_STOP if emergency_latched else Mode.STANDBY
+    return State(
+        boot_id=boot_id,
+        now_ns=now_ns,
+        authority=Authority(mode=mode, origin=mode),
+        mode_since_ns=now_ns,
+        lease=Lease(epoch=first_epoch),
+        cause="emergency stop latched" if emergency_latched else "gateway started",
+    )
