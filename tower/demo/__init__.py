@@ -1,0 +1,1 @@
+"""Start the programs of a session and look after them."""

@@ -1,0 +1,151 @@
+"""The processes of a session: start, watch, start again, stop in order. A shell over subprocess; it decides nothing about driving."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from wire.configuration import ConfigurationError
+from wire.process import USER_ERROR
+
+RESTARTS_MAX = 3  # of one process; something that dies more often is broken, not unlucky
+STOP_PATIENCE_S = 5.0  # for SIGTERM, then SIGKILL
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    name: str
+    program: str  # console script
+    command: str
+    restarts: bool = True
+
+
+# In the order in which they are stopped: the recorder sees the others out, its hub (the gateway) goes last.
+CAR = (
+    Member("autonomy", "autonomy", "run"),
+    Member("video", "vehicle-gateway", "video"),
+    Member("recorder", "recordings", "record"),
+    Member("simulate", "vehicle-gateway", "simulate", restarts=False),
+    Member("ecu", "vehicle-gateway", "ecu"),
+    Member("gateway", "vehicle-gateway", "run"),
+)
+TOWER = (Member("window", "tower", "window"), Member("cockpit", "tower", "cockpit"))
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A process that ended without being asked."""
+
+    name: str
+    how: str
+    started_again: bool
+
+
+class Crew:
+    def __init__(self, members: tuple[Member, ...], config: Path, folder: Path) -> None:
+        self._members = {member.name: member for member in members}
+        self._config, self._folder = config, folder
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._starts: dict[str, int] = {}
+
+    def start(self, name: str) -> None:
+        member = self._members[name]
+        program = Path(sys.executable).parent / member.program
+        if not program.is_file():
+            raise ConfigurationError(f"{program}: not installed; run: make setup")
+        log = self._folder / "logs" / f"{name}.log"
+        log.parent.mkdir(exist_ok=True)
+        with log.open("ab") as stream:
+            self._processes[name] = subprocess.Popen(
+                [
+                    sys.executable,
+                    "-m",
+                    "tower.demo.child",
+                    str(os.getpid()),
+                    str(program),
+                    member.command,
+                    "--config",
+                    str(self._config),
+                ],
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=stream,
+                start_new_session=True,
+            )
+        self._starts[name] = self._starts.get(name, 0) + 1
+        pids = {each: process.pid for each, process in self._processes.items()}
+        (self._folder / "processes.json").write_text(json.dumps(pids, indent=1) + "\n")
+
+    def start_all(self) -> None:
+        for name in reversed(self._members):
+            self.start(name)
+
+    def look_after(self) -> list[Ended]:
+        """Who ended since the last call; those that may are started again. A user's error is never tried again."""
+        ended = []
+        for name, process in list(self._processes.items()):
+            code = process.poll()
+            if code is None:
+                continue
+            del self._processes[name]
+            again = self._members[name].restarts and code not in (0, USER_ERROR) and self._starts[name] <= RESTARTS_MAX
+            if again:
+                self.start(name)
+            ended.append(Ended(name, _how(code, self._folder / "logs" / f"{name}.log"), again))
+        return ended
+
+    def stop_all(self) -> None:
+        """Ask each in turn to end; what does not is killed."""
+        for name in self._members:
+            self.stop(name)
+
+    def stop(self, name: str) -> None:
+        process = self._processes.pop(name, None)
+        if process is None:
+            return
+        process.send_signal(signal.SIGCONT)  # a stopped process cannot hear anything else
+        process.terminate()
+        try:
+            process.wait(STOP_PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _how(code: int, log: Path) -> str:
+    if code < 0:
+        return f"killed by {signal.Signals(-code).name}"
+    said = log.read_text(errors="replace").strip().splitlines()
+    return f"exit {code}" + (f": {said[-1]}" if said else "")
+
+
+@contextmanager
+def crew(members: tuple[Member, ...], config: Path, folder: Path) -> Iterator[Crew]:
+    """All started; leaving the context stops them in order, whatever happened."""
+    started = Crew(members, config, folder)
+    try:
+        started.start_all()
+        yield started
+    finally:
+        started.stop_all()
+
+
+def utc_folder(sessions: Path) -> Path:
+    """A new folder sessions/<utc time>. Raises ConfigurationError when it cannot be made."""
+    stamp = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
+    for attempt in range(100):
+        folder = sessions / (stamp if attempt == 0 else f"{stamp}-{attempt + 1}")
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise ConfigurationError(f"{folder}: cannot be written: {error.strerror}; choose another with --sessions") from None
+        return folder.resolve()
+    raise ConfigurationError(f"{sessions}: a hundred sessions in one second; choose another with --sessions")

@@ -1,0 +1,64 @@
+"""The table of what happened, from summary.json. A figure that could not be measured is a dash."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+
+def table_of(summary: Mapping[str, Any], folder: Path) -> Table:
+    table = Table(title="What happened", title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    for name, text in rows_of(summary):
+        table.add_row(name, text)
+    table.add_row("files", ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file())))
+    table.add_row("folder", str(folder))
+    return table
+
+
+def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """(name, text) for each line of the table."""
+    modes = ", ".join(f"{mode.replace('_', ' ')} {seconds:.1f} s" for mode, seconds in summary["modes_s"].items())
+    rows = [
+        ("goal", _yes(summary["goal_reached"])),
+        ("collisions", _figure(summary["collisions"], "d")),
+        ("who drove", modes),
+    ]
+    rows += [row for takeover in summary["takeovers"] for row in _takeover(takeover)]
+    rows += [
+        (f"camera {name}", f"{_figure(camera['fps'], '.1f')} fps, {_spread(camera['latency_ms'])} ms capture to screen")
+        for name, camera in summary["cameras"].items()
+    ]
+    rows += [
+        ("picture to command", f"{_spread(summary['loop_age_ms'])} ms, on the car's own clock"),
+        ("wheel to CAN", f"{_spread(summary['wheel_to_can_ms'])} ms"),
+        ("commands", f"{_figure(summary['command_rate_hz'], '.0f')} Hz"),
+        ("gate stepped in", _counts(summary["gate_interventions"])),
+        ("messages dropped", _counts(summary["messages_dropped"])),
+    ]
+    return rows
+
+
+def _takeover(takeover: Mapping[str, Any]) -> list[tuple[str, str]]:
+    reasons = "; ".join(reason["text"] for reason in takeover["reasons"])
+    accepted = takeover["takeover_time_s"]
+    answer = "nobody took over" if accepted is None else f"taken over after {accepted:.1f} s"
+    return [("take-over", f"asked at {takeover['requested_s']:.1f} s, {answer}"), ("", reasons)]
+
+
+def _yes(value: bool | None) -> str:
+    return "-" if value is None else "reached" if value else "not reached"
+
+
+def _figure(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def _spread(figures: Mapping[str, Any] | None) -> str:
+    if not figures:
+        return "-"
+    return " / ".join(f"{name.removesuffix('_ms')} {_figure(value, '.1f')}" for name, value in figures.items())
+
+
+def _counts(counts: Mapping[str, int] | None) -> str:
+    return ", ".join(f"{name} {count}" for name, count in (counts or {}).items()) or "none"

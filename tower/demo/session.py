@@ -1,0 +1,85 @@
+"""The configuration of one session, made from the base configuration: free ports, a bus of its own, a shifted tower clock."""
+
+import secrets
+import socket
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from wire import certificates
+from wire.configuration import ConfigurationError, read_tables, shipped
+from wire.scenario import read_scenario
+
+HOUR_NS = 3_600_000_000_000
+
+
+def free_udp_ports(count: int) -> list[int]:
+    """Ports nobody listens on right now, on loopback."""
+    sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
+    try:
+        for each in sockets:
+            each.bind(("127.0.0.1", 0))
+        return [each.getsockname()[1] for each in sockets]
+    finally:
+        for each in sockets:
+            each.close()
+
+
+def find_scenario(name: str) -> Path:
+    """A path, or a name in config/scenarios. Raises ConfigurationError that lists what there is."""
+    for place in (Path(name), shipped("scenarios", name), shipped("scenarios", f"{name}.toml")):
+        if place.is_file():
+            return place.resolve()
+    known = ", ".join(sorted(path.stem for path in shipped("scenarios").glob("*.toml")))
+    raise ConfigurationError(f"--scenario {name}: no such file; shipped scenarios: {known}")
+
+
+def session_configuration(base: Path, folder: Path, scenario: str, front_camera: str) -> Path:
+    """Write `folder`/session.toml: the base configuration with what must be this session's own.
+
+    scenario      a path or a name; "" keeps the base's
+    front_camera  a video file to play as the front camera; "" keeps the base's source
+    """
+    tables = read_tables(base)
+    found = find_scenario(scenario or _get(tables, "vehicle_gateway", "simulation").get("scenario", "closed_road.toml"))
+    _, road_map = read_scenario(found)
+    car_port, tower_port, can_port, actuator_port = free_udp_ports(4)
+    link = _get(tables, "wire", "link")
+    place = certificates.folder_of(link.get("certificates", ""))
+    certificates.ensure(place)
+    link |= {
+        "car_hub": f"127.0.0.1:{car_port}",
+        "tower_hub": f"127.0.0.1:{tower_port}",
+        "certificates": str(place.resolve()),
+    }
+    _get(tables, "wire", "clock")["tower_offset_ns"] = HOUR_NS + secrets.randbelow(HOUR_NS)
+    _get(tables, "wire", "session").update(folder=str(folder), name=folder.name)
+    _get(tables, "vehicle_gateway")["memory"] = str(folder / "gateway-memory.json")
+    _get(tables, "vehicle_gateway", "can").update(channel=_own_group(), port=can_port, actuator_port=actuator_port)
+    _get(tables, "vehicle_gateway", "simulation")["scenario"] = str(found)
+    _get(tables, "autonomy")["map"] = str(road_map.resolve())
+    if front_camera:
+        _get(tables, "vehicle_gateway", "video", "sources")["front"] = f"file:{_existing(front_camera)}"
+    written = folder / "session.toml"
+    written.write_bytes(tomli_w.dumps(tables).encode())
+    return written
+
+
+def _existing(clip: str) -> Path:
+    path = Path(clip)
+    if not path.is_file():
+        raise ConfigurationError(f"--front-camera {clip}: no such file")
+    return path.resolve()
+
+
+def _own_group() -> str:
+    """A multicast group of this session (administratively scoped, RFC 2365)."""
+    return f"239.{192 + secrets.randbelow(64)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
+
+
+def _get(tables: dict[str, Any], *names: str) -> dict[str, Any]:
+    """The table at a path, made when absent."""
+    for name in names:
+        tables = tables.setdefault(name, {})
+    return tables
