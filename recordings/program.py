@@ -1,0 +1,119 @@
+"""`recordings record | info | recover`. What a person can fix is told in one line, exit code 2, no traceback."""
+
+import logging
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+from rich.console import Console
+
+from recordings.errors import RecordingError
+from recordings.info import show
+from recordings.read import open_recording
+from recordings.recorder import record as record_until
+from recordings.recover import Part, default_output, examine
+from recordings.recover import recover as write_recovered
+from recordings.summary import Summary, summarize
+from wire.configuration import shipped
+from wire.messages.base import encode
+from wire.process import USER_ERROR, run_until_stopped
+
+_DEFAULT = shipped("simulated.toml")
+app = typer.Typer(help="Record a drive, read it, repair it.", no_args_is_help=True, add_completion=False,
+                  pretty_exceptions_enable=False)
+
+
+@app.command()
+def record(config: Annotated[Path, typer.Option(help="the configuration of the drive")] = _DEFAULT) -> None:
+    """Record every recorded topic at the car's hub until SIGINT or SIGTERM; then write summary.json beside it."""
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    raise typer.Exit(_told(lambda: run_until_stopped(_record, config)))
+
+
+@app.command()
+def info(recording: Annotated[Path, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")],
+         json: Annotated[bool, typer.Option("--json", help="the summary as JSON, and nothing else")] = False) -> None:
+    """Sum up a recording."""
+    raise typer.Exit(_told(lambda: _info(recording, json)))
+
+
+@app.command()
+def recover(recordings: Annotated[list[Path], typer.Argument(help="a truncated file, or the parts of one drive")],
+            output: Annotated[Path | None, typer.Option(help="default: NAME.recovered.mcap")] = None) -> None:
+    """Save every complete message of a truncated recording, or join the parts of one drive; the originals are kept."""
+    raise typer.Exit(_told(lambda: _recover(recordings, output)))
+
+
+def main() -> None:
+    app()
+
+
+def _told(run: Callable[[], int]) -> int:
+    """The exit code of `run`; a RecordingError is told in one line."""
+    try:
+        return run()
+    except RecordingError as error:
+        print(error, file=sys.stderr)
+        return USER_ERROR
+
+
+def _record(config: Path, stop: threading.Event) -> int:
+    return 0 if record_until(config, stop, _write_summary) else 1
+
+
+def summary_path(recording: Path) -> Path:
+    """summary.json for drive.mcap, summary-2.json for drive-2.mcap."""
+    return recording.with_name(recording.stem.replace("drive", "summary", 1) + ".json")
+
+
+def _write_summary(recording: Path) -> None:
+    text = _json(_summary_of(recording))
+    try:
+        summary_path(recording).write_bytes(text)
+    except OSError as error:
+        raise RecordingError(f"{summary_path(recording)}: cannot be written: {error.strerror}; the recording is whole: "
+                             f"recordings info {recording}") from None
+
+
+def _summary_of(path: Path) -> Summary:
+    with open_recording(path) as recording:
+        return summarize(recording)
+
+
+def _json(summary: Summary) -> bytes:
+    return msgspec.json.format(encode(summary), indent=2) + b"\n"
+
+
+def _info(recording: Path, as_json: bool) -> int:
+    summary = _summary_of(recording)
+    if as_json:
+        sys.stdout.write(_json(summary).decode("utf-8"))
+    else:
+        show(summary, Console())
+    return 0
+
+
+def _recover(paths: list[Path], output: Path | None) -> int:
+    parts = [examine(path) for path in paths]
+    for part in parts:
+        print(_verdict(part))
+    if len(parts) == 1 and parts[0].whole and output is None:
+        return 0
+    target = output or default_output(paths[0])
+    print(f"{target}: {write_recovered(parts, target)} messages saved")
+    return 0
+
+
+def _verdict(part: Part) -> str:
+    if part.whole:
+        return f"{part.path}: whole, {part.messages} messages"
+    damage = f", {part.damaged_chunks} damaged chunks left out" if part.damaged_chunks else ""
+    return f"{part.path}: {part.messages} complete messages{damage}{f'; {part.broken}' if part.broken else ''}"
+
+
+if __name__ == "__main__":
+    main()
