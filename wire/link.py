@@ -24,6 +24,7 @@ from wire.settings import LinkSettings
 from wire.topics import CAR, QUERIES, TOPICS, Kind, Role, Travel, key
 
 _OPEN_TIMEOUT_MS = 1000  # how long one attempt to reach the hub may take before SIGTERM is looked at again
+_CLOSE_PATIENCE_S = 1.0
 _MESSAGE_MAX_BYTES = 1_000_000  # ours: ten times the largest message seen (one IDR picture)
 
 _TRAVEL: dict[Travel, tuple[zenoh.Priority, zenoh.Reliability, zenoh.CongestionControl]] = {
@@ -105,7 +106,14 @@ def open_link(settings: LinkSettings, role: Role, clock: Clock, stop: threading.
     try:
         yield link
     finally:
-        session.close()
+        _close(session)
+
+
+def _close(session: zenoh.Session) -> None:
+    """Say goodbye, but not for long: with the hub gone a client's farewell is waited for in vain for nine seconds (measured)."""
+    farewell = threading.Thread(target=session.close, daemon=True)
+    farewell.start()
+    farewell.join(_CLOSE_PATIENCE_S)
 
 
 def _open_hub(configuration: zenoh.Config, settings: LinkSettings, role: Role) -> zenoh.Session:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from wire.configuration import ConfigurationError, read_toml
+from wire.configuration import ConfigurationError, read_toml, shipped
 from wire.messages.automation import RoadMap
 from wire.messages.base import Count, Length, Message, Name, Seconds
 
@@ -68,7 +68,7 @@ def read_map(path: Path) -> RoadMap:
 def read_scenario(path: Path) -> tuple[Scenario, Path]:
     """A scenario file and the path of the map it names. Raises ConfigurationError."""
     scenario = read_toml(path, Scenario)
-    places = (path.parent / scenario.map, path.parent.parent / "maps" / scenario.map)
+    places = (path.parent / scenario.map, path.parent.parent / "maps" / scenario.map, shipped("maps", scenario.map))
     for place in places:
         if place.is_file():
             return scenario, place

@@ -1,6 +1,7 @@
 """What the demo's supervisor sees at the car's hub: who drives, and the referee. It looks on; nothing depends on it."""
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, field
 
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import GatewayStatus, Mode
@@ -32,6 +33,7 @@ class Story:
     refused: str = ""
     started_s: float | None = None
     stopped_since_s: float | None = None
+    _told: set[str] = field(default_factory=set)  # refusals, without their figures
 
     def look(self, status: GatewayStatus | None, referee: Referee | None) -> list[str]:
         lines = []
@@ -59,7 +61,9 @@ class Story:
             self.stopped_since_s = self.elapsed_s if status.mode is Mode.STOPPED else None
         self.mode = status.mode
         self.was_remote = self.was_remote or status.mode is Mode.REMOTE
-        if status.take_refused != self.refused and status.mode in ASKING:
-            lines += [f"a take-over would be refused: {status.take_refused}"] if status.take_refused else []
+        refusal = re.sub(r"\d+", "#", status.take_refused)
+        if refusal and status.mode in ASKING and refusal not in self._told:
+            self._told.add(refusal)
+            lines.append(f"a take-over would be refused: {status.take_refused}")
         self.refused = status.take_refused
         return lines
