@@ -1,0 +1,114 @@
+"""The vehicle bus as the gateway speaks it: commands out, feedback in. Pure; every frame protected and checked.
+
+Never decides anything about driving. What is wrong with a frame is told by its reason: "can id" (not one of ours),
+"can crc", "can counter" (repeated, or more than two lost in a row), "can range".
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from vehicle_gateway.can import e2e
+from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.layout import layouts
+from wire.messages.base import Acceleration, Gear, Indicators, Message, Rate, Ratio, RoadWheelAngle, Speed
+from wire.messages.vehicle import Actuation, Mode
+
+__all__ = ["GEARS", "INDICATORS", "MODES", "Feedback", "FeedbackState", "Frame", "decode", "encode_command"]
+
+# Position in the tuple is the number on the bus (VAL_ of the DBC).
+GEARS = (Gear.PARK, Gear.REVERSE, Gear.NEUTRAL, Gear.DRIVE)
+INDICATORS = (Indicators.OFF, Indicators.LEFT, Indicators.RIGHT)
+MODES = (Mode.STANDBY, Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK,
+         Mode.LOCAL_DRIVER, Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP)
+GEAR_NUMBER = {gear: number for number, gear in enumerate(GEARS)}
+INDICATORS_NUMBER = {indicators: number for number, indicators in enumerate(INDICATORS)}
+MODE_NUMBER = {mode: number for number, mode in enumerate(MODES)}
+FOLLOWING, TIMED_OUT, FAULT = range(3)  # ECU_STATE
+
+PART_AGE_MAX = 10  # motion frames (100 ms at 100 Hz) for which a 50 Hz part of the feedback may be missing
+
+
+class Feedback(Message):
+    """What the car's ECU says, one motion frame and the newest of everything else."""
+
+    speed_m_s: Speed  # rear axle, forward positive
+    acceleration_m_s2: Acceleration  # change of that speed
+    yaw_rate_rad_s: Rate
+    road_wheel_angle_rad: RoadWheelAngle
+    gear: Gear  # really engaged
+    ecu_following: bool  # false: the ECU brakes by itself (timed out, or a fault)
+    brake_holding: bool  # the car stands and the brakes hold it
+    seat_occupied: bool
+    driver_torque_nm: float  # at the steering wheel, positive turns left
+    driver_brake: Ratio
+    emergency_button: bool
+    release_button: bool  # gives the car back to the automation
+
+
+@dataclass(frozen=True, slots=True)
+class FeedbackState:
+    feedback: Feedback | None = None  # newest complete one; a NEW object with every motion frame, and only then
+    counters: Mapping[int, int] = field(default_factory=dict)  # newest received, by arbitration id
+    drive: tuple[float, ...] | None = None
+    drive_age: int = 0  # motion frames since
+    local: tuple[float, ...] | None = None
+    local_age: int = 0
+
+
+_LAYOUTS = layouts()
+_COMMAND, _BODY = _LAYOUTS["ACTUATION_COMMAND"], _LAYOUTS["BODY_COMMAND"]
+_FEEDBACK = {layout.arbitration_id: layout for layout in (
+    _LAYOUTS[name] for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))}
+_COMMAND_IDS = frozenset({_COMMAND.arbitration_id, _BODY.arbitration_id})
+
+
+def encode_command(actuation: Actuation, mode: Mode, brake_hold: bool, counter: int) -> tuple[Frame, ...]:
+    """ACTUATION_COMMAND and BODY_COMMAND. Numbers saturate; one that is not finite makes a frame the ECU drops.
+
+    actuation  acceleration in the direction of the gear: positive drives, negative brakes
+    counter    one more with every call, without end; it is sent modulo 15
+    """
+    command = (MODE_NUMBER[mode], actuation.road_wheel_angle_rad, actuation.acceleration_m_s2,
+               GEAR_NUMBER[actuation.gear], brake_hold)
+    body = (INDICATORS_NUMBER[actuation.indicators], actuation.hazard, actuation.horn, True)
+    return _COMMAND.pack(command, counter), _BODY.pack(body, counter)
+
+
+def decode(state: FeedbackState, frame: Frame) -> tuple[FeedbackState, str]:
+    """The state after one frame from the ECU, and why the frame was dropped ("" when it was not).
+
+    A dropped frame changes nothing but the counter that the next one must follow.
+    """
+    layout = _FEEDBACK.get(frame.arbitration_id)
+    if layout is None:
+        return state, "" if frame.arbitration_id in _COMMAND_IDS else "can id"
+    values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
+    if reason != "can crc":
+        state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+    return (state, reason) if values is None else (_PUT[layout.name](state, values), "")
+
+
+def _put_motion(state: FeedbackState, motion: tuple[float, ...]) -> FeedbackState:
+    aged = replace(state, drive_age=state.drive_age + 1, local_age=state.local_age + 1)
+    return replace(aged, feedback=_complete(aged, motion))
+
+
+def _complete(state: FeedbackState, motion: tuple[float, ...]) -> Feedback | None:
+    """None while a part never came, or has been missing for too long."""
+    if state.drive is None or state.local is None or max(state.drive_age, state.local_age) > PART_AGE_MAX:
+        return None
+    speed, angle, acceleration, yaw_rate = motion
+    gear, ecu_state, holding = state.drive
+    seat, emergency, release, torque, brake = state.local
+    return Feedback(speed_m_s=speed, acceleration_m_s2=acceleration, yaw_rate_rad_s=yaw_rate,
+                    road_wheel_angle_rad=angle, gear=GEARS[int(gear)], ecu_following=ecu_state == FOLLOWING,
+                    brake_holding=bool(holding), seat_occupied=bool(seat), driver_torque_nm=torque, driver_brake=brake,
+                    emergency_button=bool(emergency), release_button=bool(release))
+
+
+_PUT: dict[str, Callable[[FeedbackState, tuple[float, ...]], FeedbackState]] = {
+    "MOTION_FEEDBACK": _put_motion,
+    "DRIVE_STATE": lambda state, values: replace(state, drive=values, drive_age=0),
+    "LOCAL_CONTROLS": lambda state, values: replace(state, local=values, local_age=0),
+    "WHEEL_SPEEDS": lambda state, _: state,  # checked; the gateway drives by the speed of the motion frame
+}

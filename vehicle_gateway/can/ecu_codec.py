@@ -1,0 +1,97 @@
+"""The vehicle bus as the ECU speaks it: commands in, feedback out. Pure; the mirror of vehicle_gateway.can.codec.
+
+Never decides anything about driving.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from vehicle_gateway.can import e2e
+from vehicle_gateway.can.codec import GEAR_NUMBER, GEARS, INDICATORS, MODES
+from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.layout import layouts
+from wire.messages.base import Gear, Indicators
+from wire.messages.vehicle import Mode
+
+
+class Command(NamedTuple):
+    mode: Mode
+    road_wheel_angle_rad: float
+    acceleration_m_s2: float  # in the direction of the gear
+    gear: Gear
+    brake_hold: bool
+
+
+class Body(NamedTuple):
+    indicators: Indicators
+    hazard: bool
+    horn: bool
+    low_beam: bool
+
+
+class Motion(NamedTuple):
+    speed_m_s: float
+    road_wheel_angle_rad: float
+    acceleration_m_s2: float
+    yaw_rate_rad_s: float
+
+
+class Controls(NamedTuple):
+    """What the person in the driver's seat does."""
+
+    seat_occupied: bool = False
+    emergency_button: bool = False
+    release_button: bool = False
+    driver_torque_nm: float = 0.0
+    driver_brake: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CommandState:
+    """Newest valid command and body; a new object with every valid frame."""
+
+    command: Command | None = None
+    body: Body = Body(Indicators.OFF, False, False, False)
+    counters: Mapping[int, int] = field(default_factory=dict)
+
+
+_LAYOUTS = layouts()
+_COMMANDS = {layout.arbitration_id: layout for layout in (_LAYOUTS["ACTUATION_COMMAND"], _LAYOUTS["BODY_COMMAND"])}
+_OWN = frozenset(_LAYOUTS[name].arbitration_id for name in (
+    "MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
+
+
+def decode_command(state: CommandState, frame: Frame) -> tuple[CommandState, str]:
+    """The state after one frame from the gateway, and why the frame was dropped ("" when it was not)."""
+    layout = _COMMANDS.get(frame.arbitration_id)
+    if layout is None:
+        return state, "" if frame.arbitration_id in _OWN else "can id"
+    values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
+    if reason != "can crc":
+        state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+    if values is None:
+        return state, reason
+    if layout.name == "BODY_COMMAND":
+        indicators, hazard, horn, low_beam = values
+        return replace(state, body=Body(INDICATORS[int(indicators)], bool(hazard), bool(horn), bool(low_beam))), ""
+    mode, angle, acceleration, gear, hold = values
+    return replace(state, command=Command(MODES[int(mode)], angle, acceleration, GEARS[int(gear)], bool(hold))), ""
+
+
+def encode_motion(motion: Motion, counter: int) -> Frame:
+    return _LAYOUTS["MOTION_FEEDBACK"].pack(motion, counter)
+
+
+def encode_drive_state(gear: Gear, ecu_state: int, brake_holding: bool, counter: int) -> Frame:
+    """ecu_state  codec.FOLLOWING, TIMED_OUT or FAULT"""
+    return _LAYOUTS["DRIVE_STATE"].pack((GEAR_NUMBER[gear], ecu_state, brake_holding), counter)
+
+
+def encode_controls(controls: Controls, counter: int) -> Frame:
+    return _LAYOUTS["LOCAL_CONTROLS"].pack(controls, counter)
+
+
+def encode_wheels(wheels_m_s: tuple[float, float, float, float], counter: int) -> Frame:
+    """Front left, front right, rear left, rear right."""
+    return _LAYOUTS["WHEEL_SPEEDS"].pack(wheels_m_s, counter)

@@ -1,0 +1,18 @@
+"""Which CAN buses a car has: section [vehicle_gateway.can]."""
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from wire.messages.base import Message, Text
+
+Port = Annotated[int, Meta(ge=1024, le=65535)]
+
+
+class CanSettings(Message):
+    interface: Annotated[str, Meta(pattern="^(udp_multicast|socketcan|virtual)$")] = "udp_multicast"
+    channel: Text = "239.74.163.2"  # multicast group (IPv4), or the name of a socketcan or virtual channel
+    port: Port = 43113  # of the vehicle bus; udp_multicast and virtual only
+    actuator_channel: Text = ""  # of the bus between the ECU and the plant; "" is the same group with the other port
+    actuator_port: Port = 43114
+    hop_limit: Annotated[int, Meta(ge=0, le=0)] = 0  # never farther than this machine

@@ -1,0 +1,110 @@
+"""`vehicle-gateway ecu`: the shell of the simulated drive-by-wire ECU. Owns both CAN buses' ends; has no link at all.
+
+Every new command is passed on to the actuators at once, on the reader thread; a 100 Hz cycle does everything else. What
+a command or its absence means is `ecu_core`'s to say. Prints nothing in normal operation.
+"""
+
+import threading
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from vehicle_gateway.can.actuator_codec import PlantState, decode_plant, encode_demand
+from vehicle_gateway.can.bus import Bus, open_bus
+from vehicle_gateway.can.ecu_codec import (
+    CommandState,
+    decode_command,
+    encode_controls,
+    encode_drive_state,
+    encode_motion,
+    encode_wheels,
+)
+from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
+from wire.clock import Clock
+from wire.configuration import read_sections
+from wire.messages.vehicle import VehicleDescription
+from wire.pace import Pace
+from wire.settings import WireSettings
+
+PERIOD_S = 0.01
+
+
+def run(config: Path, stop: threading.Event) -> int:
+    """The ECU until `stop` is set. Raises ConfigurationError at start."""
+    read = read_sections(config, {"wire": WireSettings, "vehicle": VehicleDescription,
+                                  "vehicle_gateway": VehicleGatewaySettings})
+    priority = read["wire"].pace.fifo_priority
+    gateway: VehicleGatewaySettings = read["vehicle_gateway"]
+    clock = Clock()
+    with ExitStack() as stack:
+        ecu = Ecu(gateway.simulation.ecu)
+        ecu.vehicle_bus = stack.enter_context(
+            open_bus(gateway.can, "vehicle", ecu.on_vehicle_frame, clock, fifo_priority=priority))
+        ecu.actuator_bus = stack.enter_context(
+            open_bus(gateway.can, "actuator", ecu.on_plant_frame, clock, fifo_priority=priority))
+        pace = stack.enter_context(Pace(PERIOD_S, clock, stop, fifo_priority=priority))
+        for now_ns in pace:
+            ecu.cycle(now_ns)
+            if not (ecu.vehicle_bus.reading and ecu.actuator_bus.reading):
+                return 1  # a reader has died and said why
+    return 0
+
+
+class Ecu:
+    """Joins the two readers and the cycle under one lock."""
+
+    def __init__(self, settings: EcuSettings) -> None:
+        self._settings = settings
+        self._lock = threading.Lock()
+        self._commands, self._plant = CommandState(), PlantState()
+        self._inputs, self._state = EcuInputs(), EcuState()
+        self._demands = self._cycles = self._motions = 0  # counters of the frames sent
+        self.vehicle_bus: Bus | None = None
+        self.actuator_bus: Bus | None = None
+
+    def on_vehicle_frame(self, frame: Frame, received_ns: int) -> None:
+        with self._lock:
+            before = self._commands
+            self._commands, _ = decode_command(before, frame)
+            self._inputs = replace(self._inputs, body=self._commands.body)
+            if self._commands.command is not before.command:
+                self._inputs = replace(self._inputs, command=self._commands.command, command_ns=received_ns)
+                self._demand(received_ns)
+
+    def on_plant_frame(self, frame: Frame, received_ns: int) -> None:
+        with self._lock:
+            before = self._plant
+            self._plant, _ = decode_plant(before, frame)
+            if self._plant.report is not None:
+                self._inputs = replace(self._inputs, controls=self._plant.report.controls)
+            if self._plant.motion is not before.motion and self._plant.motion is not None:
+                self._inputs = replace(self._inputs, motion=self._plant.motion, motion_ns=received_ns)
+                self._motions += 1
+                _send(self.vehicle_bus, encode_motion(self._plant.motion, self._motions))
+
+    def cycle(self, now_ns: int) -> None:
+        """100 Hz: step, demand, and every other time the rest of the feedback."""
+        with self._lock:
+            self._demand(now_ns)
+            self._cycles += 1
+            report = self._plant.report
+            if self._cycles % 2 or report is None:
+                return
+            counter, condition = self._cycles // 2, self._state.condition
+            _send(self.vehicle_bus, encode_drive_state(report.gear, condition, report.brake_holding, counter))
+            _send(self.vehicle_bus, encode_controls(report.controls, counter))
+            if self._plant.wheels_m_s is not None:
+                _send(self.vehicle_bus, encode_wheels(self._plant.wheels_m_s, counter))
+
+    def _demand(self, now_ns: int) -> None:
+        self._state, demand = ecu_step(self._state, self._inputs, now_ns, self._settings)
+        self._demands += 1
+        _send(self.actuator_bus, encode_demand(demand, self._demands))
+
+
+def _send(bus: Bus | None, frame: Frame) -> None:
+    """A frame that comes in while the other bus is still being opened has nowhere to go yet."""
+    if bus is not None:
+        bus.send(frame)
