@@ -1,0 +1,198 @@
+"""The window's loop on a link in memory: what it publishes, when it draws, how it is left."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pygame
+
+from tower.window.display_loop import DisplayLoop
+from tower.window.keys import Control
+from tower.window.snapshot import SnapshotWriter
+from tower.window.sounds import Player
+from wire.clock import Clock
+from wire.latest import Latest
+from wire.messages.base import Message, decoder, encode
+from wire.messages.operating import OperatorInput, WindowStatus
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+
+MS = 1_000_000
+BEGIN_NS = 7_000_000_000_000
+VEHICLE_CLOCK_NS = -5_000_000_000_000  # vehicle clock minus tower clock
+
+
+class LinkInMemory:
+    """Keeps what is published; levels are filled by the test."""
+
+    def __init__(self) -> None:
+        self.slots: dict[str, Latest[Any]] = {}
+        self.sent: dict[str, list[Message]] = {}
+
+    def level(self, name: str) -> Latest[Any]:
+        return self.slots.setdefault(name, Latest())
+
+    def publish(self, name: str, message: Message) -> None:
+        self.sent.setdefault(name, []).append(message)
+
+
+@dataclass
+class Picture:
+    capture_ns: int
+    decoded_ns: int
+    image: np.ndarray = field(default_factory=lambda: np.full((90, 160, 4), 180, np.uint8))
+
+
+class VideoInMemory:
+    def __init__(self) -> None:
+        self.replaced: Counter[str] = Counter()
+        self.picture: Picture | None = None
+
+    def newest(self, camera: str) -> Picture | None:
+        return self.picture if camera == "front" else None
+
+
+class ScreenInMemory:
+    has_display = True
+
+    def __init__(self) -> None:
+        self.surface = pygame.Surface((320, 180))
+        self.focus = True
+        self.pressed: tuple[Control, ...] = ()
+        self.down: frozenset[Control] = frozenset()
+        self.full_screen = False
+        self.flips = 0
+
+    def presses(self) -> tuple[Control, ...]:
+        pressed, self.pressed = self.pressed, ()
+        return pressed
+
+    def held(self) -> frozenset[Control]:
+        return self.down
+
+    def show_full(self, full_screen: bool) -> None:
+        self.full_screen = full_screen
+
+    def flip(self) -> None:
+        self.flips += 1
+
+
+class Stage:
+    """A window with everything around it in memory, and a time that moves by hand."""
+
+    def __init__(self, snapshot: Path | None = None) -> None:
+        self.link, self.video, self.screen = LinkInMemory(), VideoInMemory(), ScreenInMemory()
+        self.writer = SnapshotWriter(snapshot)
+        self.now_ns = BEGIN_NS
+        self.loop = DisplayLoop(camera="front", recording="drive", full_screen=False, link=self.link, video=self.video,
+                                screen=self.screen, writer=self.writer, player=Player(False, 0.0), clock=Clock())
+
+    def say(self, mode: Mode) -> None:
+        stamp = self.now_ns + VEHICLE_CLOCK_NS
+        self.link.level("gateway_status").put(GatewayStatus(
+            stamp_ns=stamp, boot_id="b", mode=mode, mode_since_ns=stamp, cause="", lease_holder="", lease_epoch=0,
+            hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0,
+            guard_remaining_s=0.0, hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0,
+            stops_in_ten_minutes=0, dropped={}), self.now_ns)
+
+    def run(self, milliseconds: int, pictures: bool = True, mode: Mode | None = Mode.REMOTE) -> bool:
+        """Looks every 4 ms, a picture every 32 ms, a status every 48 ms. Whether the operator has quit."""
+        for step in range(0, milliseconds, 4):
+            self.now_ns += 4 * MS
+            if mode is not None and step % 48 == 0:
+                self.say(mode)
+            if pictures and step % 32 == 0:
+                self.video.picture = Picture(self.now_ns + VEHICLE_CLOCK_NS - 70 * MS, self.now_ns - 2 * MS)
+            if self.loop.step(self.now_ns):
+                return True
+        return False
+
+    @property
+    def statuses(self) -> list[WindowStatus]:
+        return [message for message in self.link.sent.get("window_status", []) if isinstance(message, WindowStatus)]
+
+    @property
+    def inputs(self) -> list[OperatorInput]:
+        return [message for message in self.link.sent.get("operator_input", []) if isinstance(message, OperatorInput)]
+
+
+def test_sixty_pictures_are_shown_and_reported_each_once_with_its_stamps() -> None:
+    stage = Stage()
+    stage.run(60 * 32)
+    shown = [frame for status in stage.statuses for frame in status.shown]
+    assert len(shown) == 60
+    assert len({frame.capture_ns for frame in shown}) == 60
+    assert stage.screen.flips == len(stage.statuses) == 60
+    for status in stage.statuses:
+        assert decoder(WindowStatus).decode(encode(status)) == status
+        assert status.displayed_capture_ns == {"front": status.shown[0].capture_ns}
+        assert not status.frozen
+
+
+def test_without_new_pictures_it_draws_on_and_reports_frozen_and_no_new_frame() -> None:
+    stage = Stage()
+    stage.run(320)
+    newest = stage.statuses[-1].displayed_capture_ns
+    before = len(stage.statuses)
+    stage.run(1000, pictures=False)
+    after = stage.statuses[before:]
+    assert len(after) >= 20
+    assert all(status.shown == () and status.displayed_capture_ns == newest for status in after)
+    assert after[-1].frozen
+    assert not after[0].frozen
+    stage.run(64)
+    assert not stage.statuses[-1].frozen
+
+
+def test_before_the_first_picture_nothing_is_reported_as_displayed() -> None:
+    stage = Stage()
+    stage.run(200, pictures=False)
+    assert stage.statuses
+    assert all(status.displayed_capture_ns == {} and not status.frozen for status in stage.statuses)
+
+
+def test_input_goes_out_sixty_times_a_second_and_at_once_on_a_press() -> None:
+    stage = Stage()
+    stage.run(1000)
+    assert 48 <= len(stage.inputs) <= 64  # looks every 4 ms: at most one look late
+    before = len(stage.inputs)
+    stage.screen.pressed = (Control.STOP,)
+    stage.run(4)
+    assert len(stage.inputs) == before + 1
+    assert stage.inputs[-1].stop_presses == 1
+
+
+def test_a_lost_focus_releases_the_keys_that_are_still_down() -> None:
+    stage = Stage()
+    stage.screen.down = frozenset({Control.DEAD_MAN, Control.THROTTLE})
+    stage.run(40)
+    assert stage.inputs[-1].dead_man
+    stage.screen.focus = False
+    stage.run(40)
+    newest = stage.inputs[-1]
+    assert (newest.focus, newest.dead_man, newest.throttle) == (False, False, 0.0)
+
+
+def test_two_presses_of_esc_leave_and_f11_changes_the_screen() -> None:
+    stage = Stage()
+    stage.screen.pressed = (Control.FULL_SCREEN, Control.QUIT)
+    assert not stage.run(100)
+    assert stage.screen.full_screen
+    stage.screen.pressed = (Control.QUIT,)
+    assert stage.run(100)
+
+
+def test_a_second_of_driving_leaves_a_picture_of_the_window(tmp_path: Path) -> None:
+    stage = Stage(tmp_path / "window.png")
+    with stage.writer:
+        stage.run(1500)
+    assert (tmp_path / "window.png").stat().st_size > 1000
+    assert [path.name for path in tmp_path.iterdir()] == ["window.png"]
+
+
+def test_no_picture_is_kept_of_a_drive_without_the_operator(tmp_path: Path) -> None:
+    stage = Stage(tmp_path / "window.png")
+    with stage.writer:
+        stage.run(1500, mode=Mode.AUTONOMOUS)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,45 @@
+"""When the window makes a sound, and that the sounds are sounds."""
+
+import itertools
+
+import numpy as np
+
+from tower.window.sounds import SCORES, Sound, alarm_on, sound_at_change, waveform
+from wire.messages.vehicle import Mode
+
+OPERATOR = {Mode.REMOTE, Mode.HANDING_BACK}
+CAR = {Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER}
+STOPPING = {Mode.SAFE_STOP, Mode.EMERGENCY_STOP}
+GROUPS = ((OPERATOR, Sound.OPERATOR_DRIVES), (CAR, Sound.CAR_DRIVES), (STOPPING, Sound.STOPPING))
+
+
+def test_a_sound_tells_of_every_change_of_the_driver_and_of_nothing_else() -> None:
+    for before, now in itertools.product(Mode, Mode):
+        expected = next((sound for modes, sound in GROUPS if now in modes and before not in modes), None)
+        assert sound_at_change(before, now) == expected, (before, now)
+
+
+def test_a_mode_nobody_knows_makes_no_sound() -> None:
+    assert all(sound_at_change(mode, None) is None for mode in Mode)
+
+
+def test_the_alarm_is_on_while_the_car_asks_and_only_then() -> None:
+    assert [mode for mode in (*Mode, None) if alarm_on(mode)] == [Mode.TAKEOVER_REQUESTED]
+
+
+def test_the_four_sounds_are_loud_enough_unclipped_end_in_silence_and_differ() -> None:
+    waves = {sound: waveform(sound) for sound in Sound}
+    assert set(SCORES) == set(Sound)
+    for wave in waves.values():
+        assert wave.shape[1] == 2
+        assert 6000 < int(np.abs(wave).max()) < 32767
+        assert abs(int(wave[0, 0])) < 200
+        assert abs(int(wave[-1, 0])) < 200
+    for one, other in itertools.combinations(waves.values(), 2):
+        assert one.shape != other.shape or not np.array_equal(one, other)
+
+
+def test_your_tone_rises_and_the_cars_tone_falls() -> None:
+    yours, cars = SCORES[Sound.OPERATOR_DRIVES][1], SCORES[Sound.CAR_DRIVES][1]
+    assert yours[0].pitch_hz < yours[-1].pitch_hz
+    assert cars[0].pitch_hz > cars[-1].pitch_hz

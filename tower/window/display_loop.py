@@ -1,0 +1,188 @@
+"""One step of the window: keys, messages, picture, screen, and what was shown back to the cockpit. Joins; decides nothing."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+import pygame
+
+from tower.window.age_history import Sample, add
+from tower.window.drive_log import DriveLog
+from tower.window.hud import Hud
+from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, next_input, next_window_keys, released
+from tower.window.looks import known_mode
+from tower.window.picture_age import PictureSeen, PictureState, age_ns, see
+from tower.window.sights import Sights
+from tower.window.snapshot import Choice, SnapshotWriter, choose
+from tower.window.sounds import Player
+from tower.window.view_model import view_model
+from tower.window.views import ViewModel
+from wire.clock import Clock
+from wire.latest import Latest
+from wire.messages.base import Message
+from wire.messages.operating import OperatorInput, ShownFrame, WindowStatus
+from wire.messages.vehicle import Mode
+from wire.road import Road
+
+_INPUT_NS = 1_000_000_000 // 60
+_REDRAW_NS = 40_000_000  # without a new picture
+_STANDING_KNOWN_NS = 500_000_000  # older news of the speed do not allow a gear change
+
+
+class Frame(Protocol):
+    """A decoded picture, as tower.video.receiver gives it."""
+
+    @property
+    def image(self) -> npt.NDArray[np.uint8]: ...  # (H, W, 4) BGRA
+    @property
+    def capture_ns(self) -> int: ...  # vehicle clock
+    @property
+    def decoded_ns(self) -> int: ...  # tower clock
+
+
+class Video(Protocol):
+    @property
+    def replaced(self) -> Mapping[str, int]: ...  # decoded but never fetched, by camera
+    def newest(self, camera: str) -> Frame | None: ...
+
+
+class WindowLink(Protocol):
+    """What the window needs of wire.link.Link."""
+
+    def level(self, name: str) -> Latest[Any]: ...
+    def publish(self, name: str, message: Message) -> None: ...
+
+
+class Display(Protocol):
+    """What the window needs of tower.window.screen.Screen."""
+
+    @property
+    def surface(self) -> pygame.Surface: ...
+    @property
+    def focus(self) -> bool: ...
+    @property
+    def has_display(self) -> bool: ...
+    def presses(self) -> tuple[Control, ...]: ...
+    def held(self) -> frozenset[Control]: ...
+    def show_full(self, full_screen: bool) -> None: ...
+    def flip(self) -> None: ...
+
+
+_LEVELS = ("gateway_status", "vehicle_state", "operator_status", "autonomy_status", "scene", "road_map", "vehicle_description")
+
+
+class DisplayLoop:
+    """`step(now_ns)` at the rate at which new pictures should be noticed; it never blocks."""
+
+    def __init__(self, *, camera: str, recording: str, full_screen: bool, link: WindowLink, video: Video, screen: Display,
+                 writer: SnapshotWriter, player: Player, clock: Clock) -> None:
+        self._camera, self._recording = camera, recording
+        self._link, self._video, self._screen = link, video, screen
+        self._writer, self._player, self._clock = writer, player, clock
+        self._levels = {name: link.level(name) for name in _LEVELS}
+        self._hud, self._log, self._choice = Hud(), DriveLog(), Choice()
+        self._input: OperatorInput = released(clock.now_ns())
+        self._keys = WindowKeys(full_screen=full_screen)
+        self._picture: PictureSeen | None = None
+        self._history: tuple[Sample, ...] = ()
+        self._heard_ns: dict[str, int] = {}
+        self._drawn_ns = self._shown_capture_ns = 0
+        self._sequence = 0
+        self._over = False
+
+    def step(self, now_ns: int) -> bool:
+        """Look at everything once; draw when there is something new or it is time. True: the operator quits."""
+        self._read_keys(now_ns)
+        frame = self._video.newest(self._camera)
+        is_new = frame is not None and frame.capture_ns != self._shown_capture_ns
+        self._picture = see(self._picture, frame.capture_ns if frame is not None else None, now_ns)
+        self._learn(now_ns)
+        if is_new or now_ns - self._drawn_ns >= _REDRAW_NS:
+            model = self._draw(frame, now_ns)
+            self._report(frame if is_new else None, model)
+            self._follow(model, now_ns)
+        return self._keys.quit
+
+    def _read_keys(self, now_ns: int) -> None:
+        presses = self._screen.presses()
+        if not presses and now_ns - self._input.stamp_ns < _INPUT_NS:
+            return
+        self._input = next_input(self._screen.held(), presses, self._input, focus=self._screen.focus,
+                                 standing=self._is_standing(now_ns), now_ns=now_ns)
+        self._keys = next_window_keys(presses, self._keys, now_ns)
+        self._screen.show_full(self._keys.full_screen)
+        self._link.publish("operator_input", self._input)
+
+    def _is_standing(self, now_ns: int) -> bool:
+        state = self._levels["vehicle_state"].get()
+        return (state is not None and now_ns - state.received_ns < _STANDING_KNOWN_NS
+                and abs(state.message.speed_m_s) < SHIFT_BELOW_M_S)
+
+    def _learn(self, now_ns: int) -> None:
+        """Into the log and the graph: each message once."""
+        status, state = self._levels["gateway_status"].get(), self._levels["vehicle_state"].get()
+        mode = known_mode(status, now_ns)
+        if status is not None and not self._over and self._is_news("gateway_status", status.received_ns):
+            self._log.add_status(status.message)
+        loop_ms = None
+        if state is not None and self._is_news("vehicle_state", state.received_ns) and mode in (Mode.REMOTE, Mode.HANDING_BACK):
+            self._log.add_loop_age(state.message)
+            loop_ms = round(state.message.loop_age_ms)
+        age = age_ns(self._picture, now_ns, self._offset_ns())
+        self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns)
+
+    def _is_news(self, name: str, received_ns: int) -> bool:
+        news = self._heard_ns.get(name) != received_ns
+        self._heard_ns[name] = received_ns
+        return news
+
+    def _offset_ns(self) -> int | None:
+        operator = self._levels["operator_status"].get()
+        return operator.message.clock_offset_ns if operator is not None and operator.message.clock_bound_ns > 0 else None
+
+    def _draw(self, frame: Frame | None, now_ns: int) -> ViewModel:
+        model = view_model(self._sights(now_ns))
+        self._hud.draw(self._screen.surface, frame.image if frame is not None else None, model)
+        self._screen.flip()
+        self._drawn_ns = now_ns
+        return model
+
+    def _sights(self, now_ns: int) -> Sights:
+        newest = {name: level.get() for name, level in self._levels.items()}
+        road_map, description = newest["road_map"], newest["vehicle_description"]
+        return Sights(
+            now_ns=now_ns, status=newest["gateway_status"], state=newest["vehicle_state"], operator=newest["operator_status"],
+            autonomy=newest["autonomy_status"], scene=newest["scene"], picture=self._picture, history=self._history, log=self._log,
+            road_map=road_map.message if road_map is not None else None,
+            description=description.message if description is not None else None, keys=self._keys,
+            focus=self._screen.focus or not self._screen.has_display, recording=self._recording)
+
+    def _report(self, new: Frame | None, model: ViewModel) -> None:
+        """After the flip: what stands on screen."""
+        shown_ns = self._clock.now_ns()
+        frames: tuple[ShownFrame, ...] = ()
+        if new is not None:
+            self._shown_capture_ns = new.capture_ns
+            frames = (ShownFrame(camera=self._camera, capture_ns=new.capture_ns, decoded_ns=new.decoded_ns, shown_ns=shown_ns),)
+        self._sequence += 1
+        self._link.publish("window_status", WindowStatus(
+            stamp_ns=shown_ns, sequence=self._sequence, frozen=model.picture.state is PictureState.FROZEN, shown=frames,
+            displayed_capture_ns={self._camera: self._shown_capture_ns} if self._shown_capture_ns else {},
+            frames_dropped=self._video.replaced.get(self._camera, 0)))
+
+    def _follow(self, model: ViewModel, now_ns: int) -> None:
+        """Sound, snapshot, end of the drive."""
+        mode = known_mode(self._levels["gateway_status"].get(), now_ns)
+        self._player.hear(mode)
+        self._over = model.end is not None
+        live = model.picture.state is PictureState.LIVE and not model.help_open and not model.toast
+        self._choice, save = choose(self._choice, mode, self._from_lane_m(), live and self._writer.ready, now_ns)
+        if save:
+            self._writer.save(self._screen.surface)
+
+    def _from_lane_m(self) -> float | None:
+        scene, road_map = self._levels["scene"].get(), self._levels["road_map"].get()
+        if scene is None or road_map is None:
+            return None
+        return float(abs(scene.message.offset_m - Road(road_map.message).own_lane_offset_m))

@@ -1,0 +1,79 @@
+"""The one outside thing of the window: pygame's display and keyboard. Says what is held and pressed; decides nothing."""
+
+import os
+import sys
+from types import TracebackType
+
+import pygame
+
+from tower.window.keys import BINDINGS, Control
+from tower.window.settings import WindowSettings
+from wire.configuration import ConfigurationError
+
+TITLE = "Remote Operation Tower"
+_DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+
+
+class ScreenError(ConfigurationError):
+    """No window can be opened; the text names the fix."""
+
+
+class Screen:
+    """`with Screen(settings) as screen:` - without a display the window is drawn all the same, into memory."""
+
+    def __init__(self, settings: WindowSettings) -> None:
+        self._size = (settings.width_px, settings.height_px)
+        self._full_screen = settings.full_screen
+        self._codes: dict[int, Control] = {}
+
+    def __enter__(self) -> "Screen":
+        if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in _DISPLAYS):
+            os.environ["SDL_VIDEODRIVER"] = "dummy"
+        try:
+            pygame.display.init()
+            self._open()
+        except pygame.error as error:
+            raise ScreenError(f"cannot open a window: {error}; set DISPLAY, or unset it to draw without a screen") from None
+        self._codes = {pygame.key.key_code(name): binding.control for binding in BINDINGS for name in binding.keys}
+        self.has_display = pygame.display.get_driver() != "dummy"
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        pygame.mixer.quit()
+        pygame.display.quit()
+
+    def _open(self) -> None:
+        flags = pygame.FULLSCREEN if self._full_screen else pygame.RESIZABLE
+        pygame.display.set_mode((0, 0) if self._full_screen else self._size, flags)
+        pygame.display.set_caption(TITLE)
+
+    def show_full(self, full_screen: bool) -> None:
+        """Switch to or from full screen; nothing when it is so already."""
+        if full_screen != self._full_screen:
+            self._full_screen = full_screen
+            self._open()
+
+    @property
+    def surface(self) -> pygame.Surface:
+        return pygame.display.get_surface()
+
+    @property
+    def focus(self) -> bool:
+        return bool(pygame.key.get_focused())
+
+    def presses(self) -> tuple[Control, ...]:
+        """Key-down edges since the last call, in order; closing the window counts as Esc. Repeats are no edges."""
+        pressed = []
+        for event in pygame.event.get():
+            if event.type == pygame.QUIT:
+                pressed.append(Control.QUIT)
+            elif event.type == pygame.KEYDOWN and event.key in self._codes:
+                pressed.append(self._codes[event.key])
+        return tuple(pressed)
+
+    def held(self) -> frozenset[Control]:
+        down = pygame.key.get_pressed()
+        return frozenset(control for code, control in self._codes.items() if down[code])
+
+    def flip(self) -> None:
+        pygame.display.flip()

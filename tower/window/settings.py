@@ -1,0 +1,17 @@
+"""Settings of the window: section [tower.window]. The thresholds stand beside the code that uses them."""
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from wire.messages.base import Message, Name, Ratio
+
+
+class WindowSettings(Message):
+    width_px: Annotated[int, Meta(ge=320, le=7680)] = 1280
+    height_px: Annotated[int, Meta(ge=180, le=4320)] = 720
+    full_screen: bool = False
+    camera: Name = "front"  # the camera that fills the window
+    sound: bool = True
+    volume: Ratio = 0.6
+    snapshot: Name = "window.png"  # written into the session's folder while the operator drives; "" writes none

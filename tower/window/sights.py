@@ -1,0 +1,60 @@
+"""Everything the window knows at one instant: the newest of each message and the window's own state. Plain data."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from tower.window.age_history import Sample
+from tower.window.drive_log import DriveLog
+from tower.window.keys import WindowKeys
+from tower.window.picture_age import PictureSeen
+from wire.latest import Received
+from wire.messages.automation import AutonomyStatus, RoadMap, Scene
+from wire.messages.operating import OperatorStatus
+from wire.messages.vehicle import GatewayStatus, VehicleDescription, VehicleState
+
+M = TypeVar("M")
+STATE_STALE_NS = 300_000_000  # ours: 15 periods of vehicle_state; older figures are not shown
+OPERATOR_STALE_NS = 1_000_000_000  # ours: 20 periods of operator_status
+SCENE_STALE_NS = 1_000_000_000  # ours: 10 periods of scene
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sights:
+    """Stamps of reception are the tower's clock, like now_ns."""
+
+    now_ns: int
+    status: Received[GatewayStatus] | None = None
+    state: Received[VehicleState] | None = None
+    operator: Received[OperatorStatus] | None = None
+    autonomy: Received[AutonomyStatus] | None = None
+    scene: Received[Scene] | None = None
+    road_map: RoadMap | None = None
+    description: VehicleDescription | None = None
+    picture: PictureSeen | None = None
+    history: tuple[Sample, ...] = ()
+    log: DriveLog
+    keys: WindowKeys = WindowKeys()
+    focus: bool = True
+    recording: str = ""  # name of the session's folder
+
+    @property
+    def fresh_state(self) -> VehicleState | None:
+        return _fresh(self.state, self.now_ns, STATE_STALE_NS)
+
+    @property
+    def fresh_operator(self) -> OperatorStatus | None:
+        return _fresh(self.operator, self.now_ns, OPERATOR_STALE_NS)
+
+    @property
+    def fresh_scene(self) -> Scene | None:
+        return _fresh(self.scene, self.now_ns, SCENE_STALE_NS)
+
+    @property
+    def clock_offset_ns(self) -> int | None:
+        """Vehicle clock minus tower clock; None before the cockpit's first exchange."""
+        operator = self.operator
+        return operator.message.clock_offset_ns if operator is not None and operator.message.clock_bound_ns > 0 else None
+
+
+def _fresh(received: Received[M] | None, now_ns: int, limit_ns: int) -> M | None:
+    return received.message if received is not None and now_ns - received.received_ns <= limit_ns else None

@@ -1,0 +1,142 @@
+"""What each part of the window shows, rounded as it is shown: two equal views draw the same picture, so a part is drawn
+again only when its view has changed. Plain data; no messages' meaning is decided here.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from tower.window.age_history import Sample
+from tower.window.drive_log import Stretch
+from tower.window.looks import Look
+from tower.window.picture_age import PictureState
+from wire.messages.automation import RoadMap, Scene
+from wire.messages.base import Gear, Point
+from wire.messages.vehicle import Mode
+
+
+class Tone(StrEnum):
+    CALM = "calm"
+    GOOD = "good"
+    WARN = "warn"
+    BAD = "bad"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BannerView:
+    look: Look
+    cause: str  # why, as the car says it; "" when a card says it
+    hint: str  # what the operator can do
+    tone: Tone
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DialView:
+    fresh: bool
+    speed_km_h: float  # in steps of 0.25
+    cap_km_h: float | None  # in steps of 0.5; None when nothing caps
+    scale_km_h: int
+    gear: Gear
+    left_lit: bool
+    right_lit: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlsView:
+    """Signed shares of the full travel in [-1, 1]: steering left positive, acceleration positive, braking negative."""
+
+    fresh: bool
+    steer_requested: float
+    steer_applied: float
+    steer_text: str
+    drive_requested: float
+    drive_applied: float
+    drive_text: str
+    rule_text: str  # what became of the request
+    limited: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figure:
+    label: str
+    text: str
+    tone: Tone
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkView:
+    bars: int  # 0..4
+    word: str
+    figures: tuple[Figure, ...]
+    samples: tuple[Sample, ...]
+    now_ns: int  # of the newest sample
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OperatorView:
+    name: str
+    lease: str
+    lease_tone: Tone
+    dead_man: bool
+    dead_man_text: str
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    text: str
+    done: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardView:
+    """The one thing that matters now, above the horizon."""
+
+    title: str
+    tone: Tone
+    reasons: tuple[tuple[str, str], ...] = ()  # (channel, words)
+    remaining_text: str = ""
+    remaining_share: float | None = None  # of the budget, 1 full; in steps of 1/200
+    steps: tuple[Step, ...] = ()
+    action: str = ""  # what to do now
+    note: str = ""
+    wheel_error_deg: float | None = None  # operator's wheel minus the car's, left positive; None: not shown
+    wheel_aligned: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapView:
+    road_map: RoadMap | None
+    scene: Scene | None  # None when there is none or it is old
+    trouble: Point | None  # place of the open request
+    car_length_m: float
+    car_width_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PictureView:
+    state: PictureState
+    title: str  # "" when nothing stands over the picture
+    detail: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndView:
+    title: str
+    rows: tuple[tuple[str, str, Mode | None], ...]  # label, figure, the mode whose colour it has in the bar
+    stretches: tuple[Stretch, ...]
+    recording: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewModel:
+    picture: PictureView
+    banner: BannerView
+    dial: DialView
+    controls: ControlsView
+    link: LinkView
+    operator: OperatorView
+    map: MapView
+    card: CardView | None
+    end: EndView | None
+    help_open: bool
+    toast: str

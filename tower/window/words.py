@@ -1,0 +1,39 @@
+"""Words and figures for the operator: numbers rounded as they are read. Pure."""
+
+_DEAD_MAN = {"keyboard": "Shift", "gamepad": "the left bumper", "scripted": "the dead-man control"}
+SCRIPTED_NOTE = "Scripted operator drives the controls; press any driving key to take the controls yourself"
+
+
+def rule_words(rules: tuple[str, ...]) -> str:
+    """What changed the request, at most three; "" when nothing did."""
+    named = list(dict.fromkeys(rule.replace("_", " ") for rule in rules))
+    more = f" +{len(named) - 3}" if len(named) > 3 else ""
+    return ", ".join(named[:3]) + more
+
+
+def dead_man_name(device: str) -> str:
+    """The named dead-man control of a device (architecture.md, "Failsafe")."""
+    return _DEAD_MAN.get(device, "the paddle")
+
+
+def milliseconds(value: float | None) -> str:
+    """"84 ms", above two seconds "2.4 s", unknown "-"."""
+    if value is None:
+        return "–"
+    return f"{value:.0f} ms" if value < 2000 else f"{min(value / 1000, 9999):.1f} s"
+
+
+def seconds(value: float) -> str:
+    """"8.4 s", from 100 s on in whole seconds."""
+    return f"{value:.1f} s" if value < 100 else f"{min(value, 99999):.0f} s"
+
+
+def minutes(value: float) -> str:
+    """"1:24"."""
+    whole = int(min(value, 359999))
+    return f"{whole // 60}:{whole % 60:02d}"
+
+
+def sentence(text: str) -> str:
+    """First letter large; nothing else touched."""
+    return text[:1].upper() + text[1:]
