@@ -1,0 +1,1 @@
+"""From plan to road-wheel angle and acceleration, 100 Hz."""

@@ -1,0 +1,1 @@
+"""Where the car is, and how sure that is."""

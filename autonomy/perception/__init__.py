@@ -1,0 +1,1 @@
+"""Who and what stands around the car, and where it will be."""

@@ -1,0 +1,1 @@
+"""Which way and how fast, and what stands in it."""

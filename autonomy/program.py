@@ -1,0 +1,29 @@
+"""The program of the embedded stack: `autonomy run`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autonomy.run import run as run_stack
+from wire.configuration import shipped
+from wire.process import run_until_stopped
+
+Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
+DEFAULT = shipped("simulated.toml")
+application = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+
+
+@application.callback()
+def describe() -> None:
+    """In the car: localize, perceive, plan, control, and ask for a person when in doubt."""
+
+
+@application.command()
+def run(config: Config = DEFAULT) -> None:
+    """Drive the own lane of the map to its goal, and say whether it can."""
+    raise typer.Exit(run_until_stopped(run_stack, config))
+
+
+def main() -> None:
+    application()

@@ -1,0 +1,69 @@
+"""The shell of the stack: newest messages in, one cycle of `autonomy.stack` every 10 ms, messages out."""
+
+import threading
+from pathlib import Path
+from typing import Any
+
+from autonomy.car_shape import car_shape
+from autonomy.inputs import Inputs
+from autonomy.settings import AutonomySettings, find_map
+from autonomy.stack import Outputs, step
+from autonomy.state import Setup, StackState
+from wire.clock import Clock
+from wire.configuration import read_sections
+from wire.latest import Latest
+from wire.link import Link, open_link
+from wire.messages.vehicle import VehicleDescription
+from wire.pace import Pace
+from wire.road import Road
+from wire.scenario import read_map
+from wire.settings import WireSettings
+from wire.topics import Role
+
+PERIOD_S = 0.01
+SLOWLY_CYCLES = 100  # map and health once a second
+
+
+class Newest:
+    """The slots the link fills."""
+
+    def __init__(self, link: Link) -> None:
+        names = ("imu", "gnss", "wheel_speeds", "object_list", "gateway_status")
+        self._slots: tuple[Latest[Any], ...] = tuple(link.level(name) for name in names)
+
+    def inputs(self) -> Inputs:
+        imu, gnss, wheels, objects, gateway = (
+            None if (received := slot.get()) is None else received.message for slot in self._slots)
+        return Inputs(imu=imu, gnss=gnss, wheels=wheels, objects=objects, gateway=gateway)
+
+
+def setup_from(config: Path) -> tuple[Setup, WireSettings]:
+    """Everything the configuration says. Raises ConfigurationError."""
+    rooms = {"wire": WireSettings, "vehicle": VehicleDescription, "autonomy": AutonomySettings}
+    sections = read_sections(config, rooms)
+    settings: AutonomySettings = sections["autonomy"]
+    road = Road(read_map(find_map(settings.map, config)))
+    return Setup(road=road, shape=car_shape(sections["vehicle"]), settings=settings), sections["wire"]
+
+
+def run(config: Path, stop: threading.Event) -> int:
+    """Drive until `stop` is set. Exit code. Raises ConfigurationError, LinkError, Stopped."""
+    setup, wire = setup_from(config)
+    clock = Clock()
+    with open_link(wire.link, Role.AUTONOMY, clock, stop) as link:
+        newest, state = Newest(link), StackState()
+        with Pace(PERIOD_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
+            for now_ns in pace:
+                state, outputs = step(state, newest.inputs(), now_ns, setup)
+                _publish(link, outputs)
+                if state.sequence % SLOWLY_CYCLES == 1:
+                    link.publish("road_map", setup.road.map)
+                    link.publish("car_health", pace.health("autonomy", "drive", link.dropped))
+    return 0
+
+
+def _publish(link: Link, outputs: Outputs) -> None:
+    rows = (("autonomy_command", outputs.command), ("autonomy_status", outputs.status), ("scene", outputs.scene))
+    for name, message in rows:
+        if message is not None:
+            link.publish(name, message)

@@ -1,0 +1,182 @@
+"""One cycle of the whole stack: localize, perceive, plan, judge, control. Pure: (state, inputs, now) -> (state, outputs).
+
+Called at 100 Hz; it plans every 100 ms by its own count of time. It runs the same whoever drives: in shadow it keeps no
+integrator and tells honestly whether it could take over. It reads neither scenario nor truth, nor decides who drives.
+"""
+
+from dataclasses import dataclass, replace
+
+from autonomy.control.speed import preview_m, wanted_acceleration
+from autonomy.control.steering import toward, wanted_angle_rad
+from autonomy.inputs import Inputs, drives, stale_input
+from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose_at, start
+from autonomy.perception.tracking import TrackList, in_map_frame, update
+from autonomy.planning.braking_planner import Plan, Situation, plan
+from autonomy.planning.route import own_lane
+from autonomy.planning.speed_limits import StopPoint, ceiling
+from autonomy.reports import STANDS_M_S, goal_reached, scene_of, status_of
+from autonomy.state import Place, Setup, StackState
+from autonomy.uncertainty import budget
+from autonomy.uncertainty.channels import Level, localization_level, map_level, perception_level, planner_level
+from autonomy.uncertainty.monitor import MonitorState, Trouble, judge
+from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
+
+PLAN_NS = 100_000_000  # 10 Hz
+STATUS_NS = 50_000_000  # 20 Hz
+DT_MAX_S = 0.05  # a cycle that came late is not made up for
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outputs:
+    """None: not due in this cycle."""
+
+    command: AutonomyCommand | None = None
+    status: AutonomyStatus | None = None
+    scene: Scene | None = None
+
+
+def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[StackState, Outputs]:
+    """One cycle. now_ns: the one reading of the clock."""
+    dt_s = min((now_ns - state.now_ns) * 1e-9, DT_MAX_S) if state.now_ns else 0.0
+    estimate = _localized(state, inputs, setup)
+    state = replace(state, now_ns=now_ns, sequence=state.sequence + 1, estimate=estimate,
+                    driving=drives(inputs.gateway, state.driving))
+    command = scene = None
+    if estimate is not None:
+        place = _place(estimate, state, setup)
+        tracks = _perceived(state, estimate, inputs, setup)
+        state = replace(state, place=place, tracks=tracks, used=inputs)
+        if now_ns >= state.plan_due_ns:
+            state = _planned(state, place, setup)
+            state = _judged(state, estimate, place, inputs, setup)
+            scene = scene_of(state, estimate, place, inputs, setup)
+        if state.plan is not None:
+            state, command = _controlled(state, state.plan, place, inputs, dt_s, setup)
+    state, status = _reported(replace(state, used=inputs), inputs, setup)
+    return state, Outputs(command=command, status=status, scene=scene)
+
+
+def _localized(state: StackState, inputs: Inputs, setup: Setup) -> Estimate | None:
+    """Every new measurement, oldest first; the first GNSS starts the filter."""
+    settings, estimate, used = setup.settings.localization, state.estimate, state.used
+    rows = ((inputs.imu, used.imu), (inputs.wheels, used.wheels), (inputs.gnss, used.gnss))
+    new = sorted((message for message, old in rows
+                  if message is not None and (old is None or message.stamp_ns > old.stamp_ns)),
+                 key=lambda message: message.stamp_ns)
+    if estimate is None:
+        return start(inputs.gnss, settings) if inputs.gnss is not None and inputs.gnss in new else None
+    for message in new:
+        if message is inputs.imu:
+            estimate = on_imu(estimate, inputs.imu, settings)
+        elif message is inputs.wheels:
+            estimate = on_wheels(estimate, inputs.wheels, setup.shape.wheelbase_m, settings)
+        elif message is inputs.gnss:
+            estimate = on_gnss(estimate, inputs.gnss, settings)
+    return estimate
+
+
+def _place(estimate: Estimate, state: StackState, setup: Setup) -> Place:
+    pose = pose_at(estimate, state.now_ns)
+    near = None if state.place is None else state.place.at.station_m
+    return Place(pose=pose, at=setup.road.to_road(pose.x_m, pose.y_m, near))
+
+
+def _perceived(state: StackState, estimate: Estimate, inputs: Inputs, setup: Setup) -> TrackList:
+    objects = inputs.objects
+    if objects is None or (state.used.objects is not None and objects.stamp_ns <= state.used.objects.stamp_ns):
+        return state.tracks
+    settings = setup.settings.tracking
+    seen = in_map_frame(objects, pose_at(estimate, objects.stamp_ns), estimate.deviation_m, settings)
+    return update(state.tracks, seen, objects.stamp_ns, settings)
+
+
+def _planned(state: StackState, place: Place, setup: Setup) -> StackState:
+    situation = Situation(
+        now_ns=state.now_ns, road=setup.road, shape=setup.shape, station_m=place.at.station_m,
+        speed_m_s=place.pose.speed_m_s, tracks=state.tracks.confirmed, slowing=state.slowing if state.driving else None)
+    made = plan(situation, state.plan, setup.settings.planning)
+    waits = made.blocked is not None and made.blocked.kind == "person" and abs(place.pose.speed_m_s) < STANDS_M_S
+    since = (state.waiting_since_ns or state.now_ns) if waits and state.driving else None
+    due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
+    return replace(state, plan=made, plan_due_ns=due, waiting_since_ns=since)
+
+
+def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> StackState:
+    """The monitor's look at this plan. It starts with the first object list: before, there is nothing to doubt."""
+    if state.plan is None or inputs.objects is None:
+        return state
+    slowing = _slowing(state.plan, place, setup)
+    trouble = Trouble(budget_s=slowing.budget_s, place=_trouble_place(state.plan, place))
+    monitor = judge(state.monitor, _levels(state, state.plan, estimate, inputs, setup), trouble, state.now_ns,
+                    setup.settings.monitor)
+    return replace(state, monitor=monitor, slowing=_slowing_point(state, monitor, slowing, place))
+
+
+def _levels(state: StackState, made: Plan, estimate: Estimate, inputs: Inputs, setup: Setup) -> tuple[Level, ...]:
+    settings, shape = setup.settings, setup.shape
+    limit = setup.road.map.speed_limit_m_s
+    relevant = budget.relevant_distance_m(limit, settings.planning.static_gap_m, settings.budget)
+    waited = 0.0 if state.waiting_since_ns is None else (state.now_ns - state.waiting_since_ns) * 1e-9
+    age = (state.now_ns - inputs.objects.stamp_ns) * 1e-9 if inputs.objects else 0.0
+    return (planner_level(made, shape, relevant, waited, settings.channels),
+            map_level(made, own_lane(setup.road), shape, relevant, settings.channels),
+            localization_level(estimate, settings.channels),
+            perception_level(state.tracks, age, settings.channels))
+
+
+def _slowing(made: Plan, place: Place, setup: Setup) -> budget.Slowing:
+    """What a request raised now would grant: until the stop before the closed lane, or the whole budget."""
+    speed, settings = place.pose.speed_m_s, setup.settings.budget
+    far = speed * settings.most_s / 2.0
+    stops = [stop.station_m - place.at.station_m for stop in made.stops if stop.cause == "static"]
+    return budget.slowing(speed, max(min([far, *stops]), 0.0), settings)
+
+
+def _trouble_place(made: Plan, place: Place) -> tuple[float, float]:
+    if made.blocked is not None:
+        return made.blocked.place
+    if made.in_lane:
+        return made.in_lane[0].track.x_m, made.in_lane[0].track.y_m
+    return place.pose.x_m, place.pose.y_m
+
+
+def _slowing_point(state: StackState, monitor: MonitorState, slowing: budget.Slowing, place: Place) -> StopPoint | None:
+    """Fixed when the request is raised, gone with it."""
+    if monitor.request is None:
+        return None
+    if state.slowing is not None:
+        return state.slowing
+    return StopPoint(place.at.station_m + slowing.distance_m, slowing.deceleration_m_s2, "takeover")
+
+
+def _controlled(state: StackState, made: Plan, place: Place, inputs: Inputs, dt_s: float, setup: Setup
+                ) -> tuple[StackState, AutonomyCommand]:
+    settings, speed = setup.settings, place.pose.speed_m_s
+    station = place.at.station_m + preview_m(state.speed, speed, settings.speed)
+    bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, made.stops, made.caps)
+    memory = wanted_acceleration(state.speed, speed, bound, state.driving, dt_s, settings.speed)
+    wanted = wanted_angle_rad(place.at, place.pose.heading_rad, speed, setup.road, own_lane(setup.road), made.shift,
+                              setup.shape, settings.steering)
+    measured = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
+    previous = state.angle_rad if state.driving else measured
+    angle = toward(previous, wanted, settings.steering.rate_max_rad_s * dt_s)
+    command = AutonomyCommand(stamp_ns=state.now_ns, sequence=state.sequence, road_wheel_angle_rad=angle,
+                              acceleration_m_s2=memory.acceleration_m_s2)
+    return replace(state, angle_rad=angle, speed=memory), command
+
+
+def _reported(state: StackState, inputs: Inputs, setup: Setup) -> tuple[StackState, AutonomyStatus | None]:
+    """The status when it is due or something in it changed that others act on."""
+    stale = bool(stale_input(inputs, state.now_ns, setup.settings.ages))
+    last = state.status
+    if last is not None and state.now_ns < state.status_due_ns and not _changed(state, last, stale, setup):
+        return state, None
+    status = status_of(state, inputs, setup)
+    due = max(state.status_due_ns, state.now_ns - STATUS_NS) + STATUS_NS
+    return replace(state, status=status, status_due_ns=due), status
+
+
+def _changed(state: StackState, last: AutonomyStatus, stale: bool, setup: Setup) -> bool:
+    """Health, doubt, request or goal differ from what was said last (the fields that cost little to compare)."""
+    return ((last.healthy and stale) or last.doubt is not state.monitor.doubt or last.request != state.monitor.request
+            or (state.place is not None and last.goal_reached != goal_reached(state.place, setup)))

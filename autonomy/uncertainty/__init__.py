@@ -1,0 +1,1 @@
+"""How much the stack doubts itself, and when it asks for a person."""

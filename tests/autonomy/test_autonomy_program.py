@@ -1,0 +1,64 @@
+"""What the user sees when the configuration is wrong, and that the shipped one is right."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from autonomy.inputs import drives
+from autonomy.program import application
+from autonomy.run import setup_from
+from wire.configuration import ConfigurationError, shipped
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+
+
+def test_the_shipped_configuration_gives_the_shipped_map() -> None:
+    setup, _ = setup_from(shipped("simulated.toml"))
+    assert setup.road.map.name == "bend"
+    assert setup.shape.front_m == pytest.approx(3.6)
+
+
+def changed(folder: Path, old: str, new: str) -> Path:
+    text = shipped("simulated.toml").read_text(encoding="utf-8")
+    assert old in text
+    path = folder / "changed.toml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return path
+
+
+def test_a_map_that_is_not_there_is_named_with_the_places_looked_at(tmp_path: Path) -> None:
+    path = changed(tmp_path, 'map = "bend.toml"', 'map = "nowhere.toml"')
+    with pytest.raises(ConfigurationError, match=r"autonomy\.map = 'nowhere\.toml'.*config/maps/nowhere\.toml"):
+        setup_from(path)
+
+
+def test_a_map_beside_the_configuration_comes_first(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    mirrored = shipped("maps", "bend_mirrored.toml").read_text(encoding="utf-8")
+    (tmp_path / "maps" / "bend.toml").write_text(mirrored, encoding="utf-8")
+    path = changed(tmp_path, 'map = "bend.toml"', 'map = "bend.toml"')
+    assert setup_from(path)[0].road.map.drives_on == "left"
+
+
+def test_a_wrong_key_ends_the_program_with_one_line_and_code_2(tmp_path: Path) -> None:
+    path = changed(tmp_path, 'map = "bend.toml"', 'mapp = "bend.toml"')
+    result = CliRunner().invoke(application, ["run", "--config", str(path)])
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "mapp" in result.stderr and "Traceback" not in result.output
+
+
+def gateway(mode: Mode) -> GatewayStatus:
+    return GatewayStatus(
+        stamp_ns=0, boot_id="b", mode=mode, mode_since_ns=0, cause="", lease_holder="", lease_epoch=0,
+        hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0,
+        guard_remaining_s=0.0, hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0,
+        stops_in_ten_minutes=0, dropped={})
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_the_automation_drives_only_in_its_own_modes_and_through_a_hand_over_it_began(mode: Mode) -> None:
+    own = mode in (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED)
+    assert drives(gateway(mode), drove=False) is own
+    assert drives(gateway(mode), drove=True) is (own or mode is Mode.HANDING_OVER)
+    assert drives(None, drove=True) is False
