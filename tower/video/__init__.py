@@ -1,0 +1,1 @@
+"""The cameras' pictures on the tower's side: receive, decode, keep the newest."""

@@ -1,0 +1,66 @@
+"""The seam to aiortc on the tower's side: a connection that only receives H.264, one section per camera.
+
+All use of its inside is here: aioice leaves 127.0.0.1 out, so that a machine without any network would offer no candidate;
+and a lost packet holds everything back until 512 more have come, although the sender can resend only the last 128.
+
+Tested against aiortc 1.16.0, aioice 0.13.0.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+from aiortc import RTCBundlePolicy, RTCConfiguration, RTCPeerConnection, RTCRtpReceiver, RTCSessionDescription
+from aiortc.exceptions import InvalidAccessError, InvalidStateError, OperationError
+from aiortc.jitterbuffer import JitterBuffer
+from aiortc.rtp import RTP_HISTORY_SIZE
+from av import VideoFrame
+from av.sidedata.sidedata import Type
+
+_UNREADABLE = (OperationError, InvalidAccessError, InvalidStateError, ValueError, LookupError, AttributeError,
+               TypeError, AssertionError)  # what aiortc raises on an SDP it cannot use
+LOOPBACK = "127.0.0.1"
+_RESENDABLE = RTP_HISTORY_SIZE  # 128 packets: beyond them a hole stays a hole. A picture must be smaller (150 kB)
+
+
+async def receiving_connection(cameras: int) -> RTCPeerConnection:
+    """A connection with its offer as local description, gathered: host candidates only, no server is asked."""
+    connection = RTCPeerConnection(RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE))
+    capabilities = RTCRtpReceiver.getCapabilities("video")
+    codecs = capabilities.codecs if capabilities is not None else []
+    for _ in range(cameras):
+        transceiver = connection.addTransceiver("video", direction="recvonly")
+        transceiver.setCodecPreferences([codec for codec in codecs if codec.mimeType in ("video/H264", "video/rtx")])
+        receiver: Any = transceiver.receiver
+        receiver._RTCRtpReceiver__jitter_buffer = JitterBuffer(capacity=_RESENDABLE, is_video=True)
+    _allow_loopback(connection)
+    await connection.setLocalDescription(await connection.createOffer())
+    return connection
+
+
+async def take_answer(connection: RTCPeerConnection, sdp: str) -> str:
+    """Apply the car's answer; "" or, in words, why it cannot be used."""
+    try:
+        await connection.setRemoteDescription(RTCSessionDescription(sdp, "answer"))
+    except _UNREADABLE as error:
+        return f"the answer cannot be used: {error or type(error).__name__}"
+    return ""
+
+
+def _allow_loopback(connection: RTCPeerConnection) -> None:
+    """Where the machine has no network, offer 127.0.0.1, so that both sites on one machine still meet."""
+    for transceiver in connection.getTransceivers():
+        ice: Any = transceiver.receiver.transport.transport.iceGatherer._connection
+        gather = ice.get_component_candidates
+
+        async def gather_some(component: int, addresses: list[str], timeout: int = 5, gather: Any = gather) -> Any:
+            return await gather(component=component, addresses=addresses or [LOOPBACK], timeout=timeout)
+
+        ice.get_component_candidates = gather_some
+
+
+def user_data(frame: VideoFrame) -> Iterator[bytes]:
+    """The SEI "user data unregistered" payloads of a decoded picture, UUID first."""
+    sides: Any = frame.side_data  # iterates over its values, against its own declaration
+    for side in sides:
+        if side.type == Type.SEI_UNREGISTERED:
+            yield bytes(side)

@@ -1,0 +1,175 @@
+"""The newest picture of every camera, for the window: asks the car for a session, receives, decodes, drains.
+
+aiortc lives on one asyncio thread; the window's thread only calls newest(). A session that fails or falls silent is
+asked for anew, so a restart of either side heals by itself. It never shows a picture that misses a part, and never
+judges a picture's age. Stamps: capture_ns is the vehicle's clock (from inside the picture), decoded_ns the tower's.
+"""
+
+import asyncio
+import logging
+import threading
+from collections import Counter
+from concurrent.futures import Future
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from aiortc import MediaStreamTrack, RTCPeerConnection
+from aiortc.mediastreams import MediaStreamError
+from av import VideoFrame
+from numpy.typing import NDArray
+
+from tower.video.connection import receiving_connection, take_answer, user_data
+from tower.video.continuity import Continuity, follow
+from tower.video.loop_thread import loop_in_thread
+from tower.video.reconnect import Session, Step, asked, delivered, next_step
+from tower.video.stamp import read_stamp
+from wire.clock import Clock
+from wire.messages.base import Message
+from wire.messages.session import VideoOffer
+
+log = logging.getLogger(__name__)
+_LOOK_S = 0.05  # how often the session is looked at
+_ASK_TIMEOUT_S = 2.0
+Readers = list["asyncio.Task[None]"]
+
+
+class AskingLink(Protocol):
+    """What the receiver needs of wire.link.Link."""
+
+    def ask(self, name: str, request: Message, timeout_s: float) -> Any | None: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DecodedFrame:
+    camera: str
+    capture_ns: int  # vehicle clock, from inside the picture
+    sequence: int
+    decoded_ns: int  # tower clock
+    image: NDArray[np.uint8]  # (H, W, 4) BGRA, contiguous: pygame.image.frombuffer(image, (W, H), "BGRA")
+
+
+@dataclass(frozen=True, slots=True)
+class _Decoded:
+    """A picture as the decoder gave it; its conversion waits until somebody wants to see it."""
+
+    frame: VideoFrame
+    capture_ns: int
+    sequence: int
+    decoded_ns: int
+
+
+class VideoReceiver:
+    """`with VideoReceiver(link, clock, cameras) as video: video.newest("front")` - from the window's thread."""
+
+    def __init__(self, link: AskingLink, clock: Clock, cameras: tuple[str, ...]) -> None:
+        self.cameras = cameras
+        self.decoded: Counter[str] = Counter()  # pictures, by camera, since start
+        self.replaced: Counter[str] = Counter()  # of them, replaced by a newer one before newest() fetched them
+        self.withheld: Counter[str] = Counter()  # pictures that missed a part, or carried no stamp
+        self.sessions = 0  # answered by the car, since start
+        self._newest_ns: int | None = None  # when the newest picture of any camera was decoded
+        self._link, self._clock = link, clock
+        self._slots: dict[str, _Decoded] = {}
+        self._shown: dict[str, DecodedFrame] = {}
+        self._lock = threading.Lock()
+        self._halt = threading.Event()
+        self._keeper: Future[None] | None = None
+        self._stack = ExitStack()
+
+    def __enter__(self) -> "VideoReceiver":
+        loop = self._stack.enter_context(loop_in_thread("video-receiver"))
+        self._keeper = asyncio.run_coroutine_threadsafe(self._keep_session(), loop)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._halt.set()
+        with self._stack:
+            if self._keeper is not None:
+                self._keeper.result(timeout=_ASK_TIMEOUT_S + 3.0)  # raises what went wrong on the loop, if anything did
+
+    def newest(self, camera: str) -> DecodedFrame | None:
+        """The newest whole picture, the same until a newer one comes (compare `sequence`); None before the first."""
+        if self._keeper is not None and self._keeper.done():
+            self._keeper.result()  # the loop ended: raises why
+        with self._lock:
+            fresh = self._slots.pop(camera, None)
+        if fresh is not None:
+            self._shown[camera] = DecodedFrame(camera=camera, capture_ns=fresh.capture_ns, sequence=fresh.sequence,
+                                               decoded_ns=fresh.decoded_ns, image=_bgra(fresh.frame))
+        return self._shown.get(camera)
+
+    async def _keep_session(self) -> None:
+        """Until the end: look at the session, and ask for a new one when the rule says so."""
+        state = Session()
+        connection: RTCPeerConnection | None = None
+        readers: Readers = []
+        try:
+            while not self._halt.is_set():
+                has_failed = connection is not None and connection.connectionState in ("failed", "closed")
+                if next_step(state, self._clock.now_ns(), self._newest_ns, has_failed) is Step.ASK:
+                    await _end(connection, readers)
+                    connection, readers = await self._open()
+                    state = asked(state, self._clock.now_ns(), bool(readers))
+                elif self._newest_ns is not None and self._newest_ns > state.opened_ns:
+                    state = delivered(state)
+                await asyncio.sleep(_LOOK_S)
+        finally:
+            await _end(connection, readers)
+
+    async def _open(self) -> tuple[RTCPeerConnection | None, Readers]:
+        """Offer, ask, take the answer: (connection, a reader per camera), or (None, []) without an answer."""
+        connection = await receiving_connection(len(self.cameras))
+        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=self.cameras)
+        answer = await asyncio.get_running_loop().run_in_executor(
+            None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
+        refused = ("the car did not answer" if answer is None else answer.rule
+                   or await take_answer(connection, answer.sdp))
+        if refused:
+            log.info("no video session: %s", refused)
+            await connection.close()
+            return None, []
+        self.sessions += 1
+        tracks = [transceiver.receiver.track for transceiver in connection.getTransceivers()]
+        return connection, [asyncio.ensure_future(self._read(camera, track))
+                            for camera, track in zip(self.cameras, tracks, strict=True)]
+
+    async def _read(self, camera: str, track: MediaStreamTrack) -> None:
+        """Every decoded picture of one camera into its slot, until the track ends."""
+        state = Continuity()
+        try:
+            while True:
+                frame = await track.recv()
+                if isinstance(frame, VideoFrame):
+                    state = self._take(camera, frame, state)
+        except MediaStreamError:
+            log.info("video of %s ended", camera)
+
+    def _take(self, camera: str, frame: VideoFrame, state: Continuity) -> Continuity:
+        decoded_ns = self._clock.now_ns()
+        stamp = read_stamp(user_data(frame))
+        self.decoded[camera] += 1
+        self._newest_ns = decoded_ns
+        if stamp is None:
+            self.withheld[camera] += 1
+            return replace(state, whole=False)
+        state = follow(state, stamp.sequence, bool(frame.key_frame), frame.is_corrupt)
+        if not state.whole:
+            self.withheld[camera] += 1
+            return state
+        with self._lock:
+            self.replaced[camera] += camera in self._slots
+            self._slots[camera] = _Decoded(frame, stamp.capture_ns, stamp.sequence, decoded_ns)
+        return state
+
+
+def _bgra(frame: VideoFrame) -> NDArray[np.uint8]:
+    return np.asarray(frame.to_ndarray(format="bgra"), np.uint8)
+
+
+async def _end(connection: RTCPeerConnection | None, readers: Readers) -> None:
+    for reader in readers:
+        reader.cancel()
+    if connection is not None:
+        await connection.close()

@@ -1,0 +1,80 @@
+"""The loop of one camera, on one thread: take the newest picture, judge it, encode it, stamp it, hand it on.
+
+It never queues. A picture that came while the last one was being encoded is replaced by a newer one and counted. While
+the source gives nothing the last picture is sent again with its OLD stamp, so that a watcher sees it grow old.
+"""
+
+import threading
+import zlib
+from collections import deque
+from collections.abc import Callable
+
+from vehicle_gateway.video.encoder import Encoder
+from vehicle_gateway.video.freshness import Freshness, judge
+from vehicle_gateway.video.picture import Picture, Source
+from vehicle_gateway.video.sei import Stamp, stamp_nal
+from wire.clock import Clock
+from wire.messages.health import LoopHealth
+from wire.messages.sensing import CameraStatus
+from wire.messages.vehicle import CameraCalibration
+from wire.pace import Lateness
+from wire.picture import EncodedPicture
+
+Deliver = Callable[[EncodedPicture, int], None]  # the picture, and the time it was ready
+_REPEAT_AFTER_S = 0.1  # a source that gives nothing is shown again at this interval (or 1.5 periods of a slower camera)
+_LIVE_NS = 1_000_000_000  # without new content for this long the camera no longer shows the road ahead now
+_SECOND_NS = 1_000_000_000
+
+
+class CameraLoop:
+    """run() on its own thread; status() and health() from any other."""
+
+    def __init__(self, calibration: CameraCalibration, source: Source, encoder: Encoder, clock: Clock,
+                 deliver: Deliver) -> None:
+        self.calibration = calibration
+        self.encoder = encoder
+        self._source, self._clock, self._deliver = source, clock, deliver
+        self._wait_s = max(_REPEAT_AFTER_S, 1.5 / calibration.frame_rate_hz)
+        self._freshness = Freshness()
+        self._lateness = Lateness(round(1e9 / calibration.frame_rate_hz))
+        self._previous: Picture | None = None
+        self._previous_ns: int | None = None
+        self._encoded: deque[tuple[int, int, int]] = deque(maxlen=256)  # (ready_ns, bytes, encode_ns)
+
+    def run(self, halt: threading.Event) -> None:
+        while not halt.is_set():
+            picture = self._source.take(self._wait_s) or self._previous
+            if picture is not None:
+                self.step(picture, self._clock.now_ns())
+
+    def step(self, picture: Picture, now_ns: int) -> None:
+        """One picture, from the source or once more, to whoever receives them."""
+        self._note_lateness(now_ns)
+        self._freshness = judge(self._freshness, zlib.crc32(picture.frame.planes[0]), picture.capture_ns)
+        stamp = Stamp(self._freshness.capture_ns, self._freshness.pictures & 0xFFFFFFFF)
+        unit = self.encoder.encode(picture.frame, now_ns)
+        ready_ns = self._clock.now_ns()
+        coded = EncodedPicture(camera=self.calibration.name, capture_ns=stamp.capture_ns, sequence=stamp.sequence,
+                               is_idr=unit.is_idr, annex_b=stamp_nal(stamp) + unit.annex_b)
+        self._deliver(coded, ready_ns)
+        self._encoded.append((ready_ns, len(coded.annex_b), ready_ns - now_ns))
+        self._previous, self._previous_ns = picture, now_ns
+
+    def _note_lateness(self, now_ns: int) -> None:
+        if self._previous_ns is not None:
+            self._lateness.add(self._previous_ns + self._lateness.period_ns, now_ns)
+
+    def status(self, now_ns: int, watching: int) -> CameraStatus:
+        recent = [entry for entry in tuple(self._encoded) if now_ns - entry[0] <= _SECOND_NS]
+        state = self._freshness
+        return CameraStatus(
+            stamp_ns=now_ns, camera=self.calibration.name, source=self._source.kind,
+            live=self._source.is_camera and state.pictures > 0 and now_ns - state.capture_ns <= _LIVE_NS,
+            newest_capture_ns=state.capture_ns, frames=state.pictures, repeated=state.repeated,
+            bitrate_kbps=sum(size for _, size, _ in recent) * 8 / 1000,
+            encode_ms=sum(spent for _, _, spent in recent) / 1e6 / len(recent) if recent else 0.0, watching=watching)
+
+    def health(self, process: str, now_ns: int) -> LoopHealth:
+        dropped = {"pictures skipped": self._source.skipped, "source lost": self._source.losses}
+        return self._lateness.health(process, f"camera {self.calibration.name}", now_ns, "other",
+                                     {reason: count for reason, count in dropped.items() if count})

@@ -1,0 +1,114 @@
+"""One camera's H.264 encoder: x264 by PyAV, no delay, no B-frames, an IDR every interval and on request.
+
+Options and their reasons: zerolatency removes look-ahead; a rate buffer of a few pictures bounds the largest one; SPS
+and PPS stand in front of every IDR. (Tried with PyAV 18.1.0.)
+It never waits and never holds a picture back: one picture in, one access unit out.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import av
+from av.video.frame import PictureType
+
+from vehicle_gateway.video.rate import (
+    RateLimits,
+    after_estimate,
+    after_loss,
+    allowed_bps,
+    applied_bps,
+    at_session_start,
+    full_rate,
+)
+from vehicle_gateway.video.settings import VideoSettings, camera_bitrate_bps
+from wire.messages.vehicle import CameraCalibration
+
+_TIME_BASE = Fraction(1, 1_000_000)
+_REQUEST_INTERVAL_NS = 250_000_000  # a lossy link may ask for a key picture with every loss: at most four a second
+
+
+@dataclass(frozen=True, slots=True)
+class AccessUnit:
+    annex_b: bytes
+    is_idr: bool
+
+
+def idr_is_due(now_ns: int, last_idr_ns: int | None, requested: bool, interval_ns: int) -> bool:
+    """Whether the next picture must be an IDR. last_idr_ns None: there was none yet."""
+    if last_idr_ns is None:
+        return True
+    since_ns = now_ns - last_idr_ns
+    return since_ns >= interval_ns or (requested and since_ns >= _REQUEST_INTERVAL_NS)
+
+
+class Encoder:
+    """encode() from one thread; the receiver's feedback (request_idr, note_...) from any one other."""
+
+    def __init__(self, calibration: CameraCalibration, settings: VideoSettings) -> None:
+        ceiling_bps = camera_bitrate_bps(settings.bitrate_kbps, calibration)
+        floor_bps = min(camera_bitrate_bps(settings.bitrate_floor_kbps, calibration), ceiling_bps)
+        self._limits = RateLimits(floor_bps, ceiling_bps)
+        self._rate = full_rate(self._limits)
+        self._applied_bps = ceiling_bps
+        self._interval_ns = round(settings.idr_interval_s * 1e9)
+        self._last_idr_ns: int | None = None
+        self._requested = False
+        self._origin_ns: int | None = None
+        self._calibration, self._settings = calibration, settings
+        self._context = _open_context(calibration, settings, ceiling_bps)
+
+    def request_idr(self) -> None:
+        """The next picture becomes an IDR (a new watcher, a lost packet)."""
+        self._requested = True
+
+    def note_session(self, watched: bool) -> None:
+        """A new watcher came, or the last one left."""
+        self._rate = at_session_start(self._rate, self._limits) if watched else full_rate(self._limits)
+
+    def note_estimate(self, estimate_bps: float) -> None:
+        """The receiver's estimate of what the path carries for this camera."""
+        self._rate = after_estimate(self._rate, estimate_bps)
+
+    def note_loss(self, lost: float) -> None:
+        """The share of packets lost since the receiver's last report, 0..1."""
+        self._rate = after_loss(self._rate, lost, self._limits)
+
+    def encode(self, frame: av.VideoFrame, now_ns: int) -> AccessUnit:
+        """One yuv420p frame of the camera's size. now_ns must grow from call to call."""
+        idr = idr_is_due(now_ns, self._last_idr_ns, self._requested, self._interval_ns)
+        idr = self._follow_rate(idr) or idr
+        if idr:
+            self._last_idr_ns, self._requested = now_ns, False
+        self._origin_ns = now_ns if self._origin_ns is None else self._origin_ns
+        frame.pts, frame.time_base = (now_ns - self._origin_ns) // 1000, _TIME_BASE
+        frame.pict_type = PictureType.I if idr else PictureType.NONE
+        packets = self._context.encode(frame)
+        return AccessUnit(b"".join(bytes(packet) for packet in packets), any(packet.is_keyframe for packet in packets))
+
+    def _follow_rate(self, idr: bool) -> bool:
+        """Whether the encoder was opened anew for another bit rate. (x264's rate buffer cannot be changed through PyAV, and
+        with the old buffer a new rate swings for seconds.) The IDR that follows fits the new buffer."""
+        wanted_bps = applied_bps(self._applied_bps, allowed_bps(self._rate, self._limits), idr)
+        if wanted_bps == self._applied_bps:
+            return False
+        self._applied_bps = wanted_bps
+        self._context = _open_context(self._calibration, self._settings, wanted_bps)
+        return True
+
+
+def _open_context(calibration: CameraCalibration, settings: VideoSettings, bitrate_bps: int) -> av.VideoCodecContext:
+    context = av.CodecContext.create("libx264", "w")
+    context.width, context.height, context.pix_fmt = calibration.width_px, calibration.height_px, "yuv420p"
+    context.framerate = Fraction(calibration.frame_rate_hz).limit_denominator(1001)
+    context.time_base = _TIME_BASE
+    context.bit_rate = bitrate_bps
+    context.thread_count = settings.encoder_threads
+    context.options = {
+        "preset": settings.preset,
+        "tune": "zerolatency",
+        "forced-idr": "1",
+        "maxrate": str(bitrate_bps),
+        "bufsize": str(round(bitrate_bps / calibration.frame_rate_hz * settings.vbv_frames)),
+        "x264-params": "keyint=infinite:scenecut=0:bframes=0:repeat-headers=1",  # we time the IDR
+    }
+    return context

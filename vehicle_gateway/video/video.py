@@ -1,0 +1,56 @@
+"""`vehicle-gateway video`: the cameras of the car, to the window and to the recorder. Role VIDEO.
+
+It knows nothing of commands and decides nothing about driving.
+"""
+
+import logging
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+
+from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.video.render.camera import SimulatedCamera
+from vehicle_gateway.video.sender import video_sender
+from vehicle_gateway.video.simulated import Renderer
+from vehicle_gateway.video.sources import choose_sources, open_sources
+from wire.clock import Clock
+from wire.configuration import read_sections, shipped
+from wire.link import open_link
+from wire.messages.vehicle import CameraCalibration, VehicleDescription
+from wire.road import Road
+from wire.scenario import read_map, read_scenario
+from wire.settings import WireSettings
+from wire.topics import Role
+
+log = logging.getLogger(__name__)
+_SECTIONS = {"wire": WireSettings, "vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings}
+
+
+def run(config: Path, stop: threading.Event) -> int:
+    """Until `stop`. Raises ConfigurationError for what the user can fix; an unexpected error of a camera ends it."""
+    sections = read_sections(config, _SECTIONS)
+    wire: WireSettings = sections["wire"]
+    vehicle: VehicleDescription = sections["vehicle"]
+    gateway: VehicleGatewaySettings = sections["vehicle_gateway"]
+    choices = choose_sources(gateway.video, vehicle)
+    renderer = _renderers(gateway.simulation.scenario, vehicle)
+    cv2.setNumThreads(1)  # one thread per camera is parallel enough
+    clock = Clock()
+    with open_link(wire.link, Role.VIDEO, clock, stop) as link:
+        sources = open_sources(choices, vehicle, clock, link, renderer)
+        log.info("video: %s", ", ".join(f"{name} from {choice.kind}" for name, choice in choices.items()))
+        with video_sender(link, vehicle.cameras, sources, gateway.video, clock) as sender:
+            sender.report(stop)
+    return 0
+
+
+def _renderers(scenario_name: str, vehicle: VehicleDescription) -> Callable[[CameraCalibration], Renderer]:
+    """Makes the renderer of one simulated camera. The scenario is read when the first is made: a real car has none."""
+    def renderer(calibration: CameraCalibration) -> Renderer:
+        path = Path(scenario_name)
+        scenario, map_path = read_scenario(path if path.is_file() else shipped("scenarios", scenario_name))
+        return SimulatedCamera(calibration, vehicle, scenario, Road(read_map(map_path)))
+
+    return renderer
