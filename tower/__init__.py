@@ -1,1 +1,1 @@
-"""The operator's side: the cockpit (devices, hand-over, commands), the video receiver, the window. Asks; never decides who drives."""
+"""The operator's side: cockpit (devices, hand-over, commands), video receiver, window. Asks; never decides who drives."""

@@ -1,0 +1,71 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tower.cockpit.lease_client import Lease, answered, asked, contradicts, due, request, with_epoch
+from wire.messages.session import LeaseReply
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+
+S = 1_000_000_000
+
+
+def reply(epoch: int = 3, granted: bool = True, boot_id: str = "b", key_hex: str = "ab" * 32) -> LeaseReply:
+    return LeaseReply(granted=granted, epoch=epoch if granted else 0, key_hex=key_hex if granted else "",
+                      rule="" if granted else "held by another", boot_id=boot_id)
+
+
+def status(epoch: int = 3, holder: str = "o", boot_id: str = "b") -> GatewayStatus:
+    return GatewayStatus(
+        stamp_ns=0, boot_id=boot_id, mode=Mode.AUTONOMOUS, mode_since_ns=0, cause="", lease_holder=holder, lease_epoch=epoch,
+        hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0, guard_remaining_s=0.0,
+        hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0, stops_in_ten_minutes=0, dropped={})
+
+
+def held(at_ns: int = 0) -> Lease:
+    return answered(asked(Lease(), at_ns), reply(), at_ns)
+
+
+def test_it_is_asked_for_at_start_each_second_until_granted_and_each_five_seconds_after() -> None:
+    lease, asked_s = Lease(), []
+    for tenth in range(200):
+        now = tenth * S // 10
+        if due(lease, None, "o", now):
+            asked_s.append(tenth / 10)
+            lease = answered(asked(lease, now), reply(granted=len(asked_s) > 3), now)
+    assert asked_s == [0.0, 1.0, 2.0, 3.0, 8.0, 13.0, 18.0]
+
+
+def test_a_refusal_says_why_and_no_answer_takes_nothing_from_a_lease_that_is_held() -> None:
+    assert answered(Lease(), reply(granted=False), 0).note == "held by another"
+    assert answered(Lease(), None, 0).note == "the car does not answer"
+    assert answered(held(), None, S).epoch == 3
+    assert answered(held(), reply(granted=False), S).epoch == 0
+
+
+def test_another_boot_holder_or_epoch_is_asked_about_once_it_is_older_than_the_way_of_a_message() -> None:
+    lease = held()
+    for other in (status(epoch=4), status(epoch=2), status(holder="p"), status(boot_id="c")):
+        assert not contradicts(lease, other, "o", S // 5)
+        assert contradicts(lease, other, "o", S) and due(lease, other, "o", S)
+    assert not due(lease, status(), "o", S)
+
+
+def test_a_granted_hand_over_brings_the_new_epoch_and_the_key_stays() -> None:
+    lease = with_epoch(held(), 4, S)
+    assert (lease.epoch, lease.key) == (4, bytes.fromhex("ab" * 32))
+    assert with_epoch(lease, 3, S).epoch == 4
+
+
+def test_a_key_that_is_none_is_no_lease() -> None:
+    assert not answered(Lease(), reply(key_hex="xyz"), 0).held
+
+
+def test_the_same_session_is_named_every_time() -> None:
+    assert request("o", "s", 5).session == request("o", "s", 9).session == "s"
+
+
+@given(grants=st.lists(st.integers(1, 100), max_size=30))
+def test_hand_overs_never_lead_back_to_an_older_epoch(grants: list[int]) -> None:
+    lease = held()
+    for epoch in grants:
+        before, lease = lease.epoch, with_epoch(lease, epoch, 0)
+        assert lease.epoch >= before

@@ -1,0 +1,246 @@
+"""`tower cockpit`: one loop at 250 Hz - read, feel, decide, command, send, publish. Also the tower's link hub.
+
+Never blocks (questions to the car go through `Asker`), never draws, never decides who drives. An exception ends it: the stream of
+commands stops and the car's failsafe acts.
+"""
+
+import secrets
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+from haptics import alignment
+from haptics.alignment import WheelInputs, WheelState
+from haptics.settings import HapticsSettings
+from haptics.virtual_wheel import VirtualWheel
+from tower.cockpit import clock_sync, hand_over, lease_client, stop_button
+from tower.cockpit.asker import Asker, Asking
+from tower.cockpit.command import Stamps, Wanted, built, is_event, trusted, wanted
+from tower.cockpit.devices import Controls, Device, Presses, View, newly_pressed, window_presses
+from tower.cockpit.hand_over import HandOverInputs, HandOverState
+from tower.cockpit.keyboard import KeyboardDevice, lock_rad
+from tower.cockpit.lease_client import Lease
+from tower.cockpit.pedals import Arming, arm
+from tower.cockpit.reading import CockpitLink, Inbox
+from tower.cockpit.scripted import ScriptedOperator
+from tower.cockpit.settings import CockpitSettings
+from tower.cockpit.status import Told, operator_status, worth_telling
+from tower.cockpit.stop_button import StopButton
+from tower.settings import TowerSettings
+from wire.clock import Clock
+from wire.configuration import read_sections
+from wire.link import open_link
+from wire.messages.operating import ClockPing, TowerStop
+from wire.messages.session import Action, HandOverReply, LeaseReply, Outcome
+from wire.messages.vehicle import GatewayStatus, Mode
+from wire.pace import Pace
+from wire.settings import WireSettings
+from wire.signature import sign
+from wire.topics import Role
+
+TICK_S = 0.004
+COMMAND_NS = 10_000_000  # at least 100 Hz
+STATUS_NS = 50_000_000
+PING_NS = 200_000_000
+HEALTH_NS = 1_000_000_000
+DT_MAX_S = 0.02  # after a gap the wheel goes on from where it was, it does not catch up
+DISARMING = frozenset({Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP})
+
+
+def run(config: Path, stop: threading.Event) -> int:
+    sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings, "haptics": HapticsSettings})
+    wire, settings = sections["wire"], sections["tower"].cockpit
+    clock = Clock(wire.clock.tower_offset_ns)
+    role = Role.TOWER_SCRIPT if settings.device == "scripted" else Role.TOWER_HUB
+    with open_link(wire.link, role, clock, stop, hub=True) as link, Asker(link.ask, clock) as asker:
+        cockpit = Cockpit(settings, sections["haptics"], link, asker, secrets.token_hex(8))
+        with Pace(TICK_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
+            health_ns = 0
+            for now_ns in pace:
+                cockpit.cycle(now_ns)
+                if now_ns - health_ns >= HEALTH_NS:
+                    health_ns = now_ns
+                    link.publish("tower_health", pace.health("tower cockpit", "cockpit", link.dropped))
+    return 0
+
+
+def _device(settings: CockpitSettings, haptics: HapticsSettings) -> Device:
+    if settings.device == "scripted":
+        return ScriptedOperator(settings.scripted, settings.pedals, haptics.virtual_wheel, VirtualWheel())
+    return KeyboardDevice(settings.keyboard, haptics.virtual_wheel, VirtualWheel())
+
+
+class Cockpit:
+    """The state between two ticks, and the order of a tick."""
+
+    def __init__(self, settings: CockpitSettings, haptics: HapticsSettings, link: CockpitLink, asker: Asking,
+                 session: str) -> None:
+        self._settings = settings
+        self._haptics = haptics
+        self._link = link
+        self._asker = asker
+        self._session = session
+        self._inbox = Inbox(link)
+        self._device = _device(settings, haptics)
+        self._controls = Controls(wheel=VirtualWheel())
+        self._presses: tuple[Presses | None, Presses | None] = (None, None)  # of the window, of the device
+        self._arming = Arming()
+        self._wheel = WheelState()
+        self._wheel_limits = haptics.wheel_limits()
+        self._hand_over = HandOverState()
+        self._lease = Lease()
+        self._stop = StopButton()
+        self._sync = clock_sync.ClockSync()
+        self._boot_id = ""
+        self._status: GatewayStatus | None = None
+        self._mode: Mode | None = None
+        self._tick_ns: int | None = None
+        self._sequence = 0
+        self._pings = 0
+        self._pinged_ns = self._told_ns = self._sent_ns = -HEALTH_NS
+        self._sent: Wanted | None = None
+        self._worth: tuple[object, ...] = ()
+
+    def cycle(self, now_ns: int) -> None:
+        dt_s = TICK_S if self._tick_ns is None else min(max((now_ns - self._tick_ns) / 1e9, 1e-4), DT_MAX_S)
+        self._tick_ns = now_ns
+        view = self._read(now_ns)
+        self._feel(view, dt_s, now_ns)
+        error_rad = self._decide(view, dt_s, now_ns)
+        want = self._want(view, now_ns)
+        self._send(want, view, now_ns)
+        self._publish(want, error_rad, now_ns)
+
+    def _read(self, now_ns: int) -> View:
+        view = self._inbox.view(self._wheel.phase)
+        if view.vehicle_state is not None and view.vehicle_state.message.boot_id != self._boot_id:
+            self._boot_id = view.vehicle_state.message.boot_id
+            self._sync = clock_sync.ClockSync()  # another clock
+        pong = self._inbox.new_pong()
+        if pong is not None:
+            self._sync = clock_sync.exchanged(self._sync, pong.message, pong.received_ns)
+        for received in self._asker.answers.drain():
+            if received.message.query == "lease":
+                self._hear_lease(received.message.reply, now_ns)
+            else:
+                self._hear_hand_over(received.message.reply, now_ns)
+        return view
+
+    def _hear_lease(self, reply: LeaseReply | HandOverReply | None, now_ns: int) -> None:
+        self._lease = lease_client.answered(self._lease, reply if isinstance(reply, LeaseReply) else None, now_ns)
+
+    def _hear_hand_over(self, reply: LeaseReply | HandOverReply | None, now_ns: int) -> None:
+        answer, asked = reply if isinstance(reply, HandOverReply) else None, self._hand_over.asked
+        self._hand_over = hand_over.answered(self._hand_over, answer, now_ns)
+        if answer is None:
+            self._lease = replace(self._lease, renew_now=True)  # a grant may have been lost: learn the epoch
+        elif answer.outcome is Outcome.GRANTED and answer.number == self._hand_over.number:
+            self._lease = lease_client.with_epoch(self._lease, answer.lease_epoch, now_ns)
+            if asked is Action.CLEAR:
+                self._stop = stop_button.cleared(self._stop)
+
+    def _feel(self, view: View, dt_s: float, now_ns: int) -> None:
+        """The torque of the last tick moves the wheel; the controls are read."""
+        touched = view.operator_input is not None and view.operator_input.message.touched
+        if touched and isinstance(self._device, ScriptedOperator):
+            self._device = KeyboardDevice(self._settings.keyboard, self._haptics.virtual_wheel, self._controls.wheel)
+            self._presses = (self._presses[0], None)
+            self._hand_over = replace(self._hand_over, note="keyboard touched: the scripted operator has let go")
+        self._controls = trusted(self._device.step(view, self._wheel.torque, dt_s, now_ns), self._controls, now_ns)
+
+    def _decide(self, view: View, dt_s: float, now_ns: int) -> float:
+        """Buttons, pedals, wheel, lease. Returns the alignment error in rad."""
+        status = self._status = view.gateway_status.message if view.gateway_status is not None else None
+        pressed = self._newly_pressed(view)
+        if "stop" in pressed:
+            self._stop = stop_button.pressed(self._stop, self._car_stop_number(), now_ns)
+        self._arm(status)
+        inputs = self._wheel_inputs(view, status, now_ns)
+        self._wheel = alignment.step(self._wheel, inputs, now_ns, dt_s, self._wheel_limits)
+        self._ask(pressed, status, now_ns)
+        return alignment.alignment_error_rad(inputs)
+
+    def _newly_pressed(self, view: View) -> frozenset[str]:
+        window = window_presses(view.operator_input.message) if view.operator_input is not None else None
+        before, self._presses = self._presses, (window or self._presses[0], self._controls.presses)
+        of_window = newly_pressed(before[0], window) if window is not None else frozenset()
+        return of_window | newly_pressed(before[1], self._controls.presses)
+
+    def _arm(self, status: GatewayStatus | None) -> None:
+        """What was seen of the pedals before a stop counts no more after it."""
+        mode = status.mode if status is not None else None
+        reset = mode in DISARMING and mode is not self._mode
+        self._mode = mode
+        self._arming = arm(self._arming, self._controls, reset, self._settings.pedals)
+
+    def _wheel_inputs(self, view: View, status: GatewayStatus | None, now_ns: int) -> WheelInputs:
+        state, car = view.vehicle_state, view.description
+        angle = (state.message.road_wheel_angle_rad * car.message.steering_ratio
+                 if state is not None and car is not None else None)
+        return WheelInputs(
+            angle_rad=self._controls.wheel.angle_rad, rate_rad_s=self._controls.wheel.rate_rad_s, car_angle_rad=angle,
+            telemetry_age_ns=now_ns - state.received_ns if state is not None else None, speed_m_s=view.speed_m_s,
+            lateral_m_s2=state.message.speed_m_s * state.message.yaw_rate_rad_s if state is not None else 0.0,
+            lock_rad=lock_rad(car.message if car is not None else None),
+            wanted=hand_over.wheel_wanted(self._hand_over, status, self._controls.dead_man),
+            driving=hand_over.is_driving(self._hand_over, status, self._settings.operator, now_ns),
+            armed=self._arming.armed)
+
+    def _ask(self, pressed: frozenset[str], status: GatewayStatus | None, now_ns: int) -> None:
+        inputs = HandOverInputs(pressed=pressed, phase=self._wheel.phase, dead_man=self._controls.dead_man,
+                                lease_epoch=self._lease.epoch, status=status, asker_busy=self._asker.busy)
+        self._hand_over, request = hand_over.step(self._hand_over, inputs, now_ns)
+        if request is not None:
+            self._asker.offer("hand_over", sign(request, self._lease.key))
+        elif not self._asker.busy and lease_client.due(self._lease, status, self._settings.operator, now_ns):
+            self._asker.offer("lease", lease_client.request(self._settings.operator, self._session, now_ns))
+            self._lease = lease_client.asked(self._lease, now_ns)
+
+    def _want(self, view: View, now_ns: int) -> Wanted:
+        if view.description is None:
+            return Wanted()
+        angle = alignment.command_angle_rad(self._wheel, self._controls.wheel.angle_rad, now_ns, self._haptics.alignment)
+        return wanted(self._controls, angle, self._arming.armed, view.description.message, self._settings.pedals)
+
+    def _send(self, want: Wanted, view: View, now_ns: int) -> None:
+        """On every change, and at least at 100 Hz; never after STOP, without a lease, or to an unknown car."""
+        if self._stop.stream_ended or not self._lease.held or view.description is None:
+            return
+        due = now_ns - self._sent_ns > COMMAND_NS - TICK_S * 1e9  # the next tick would be too late
+        if not due and not is_event(want, self._sent, view.description.message.steering_ratio):
+            return
+        self._sequence += 1
+        command = built(want, self._lease.epoch, self._sequence, self._stamps(view, now_ns))
+        self._link.publish("drive_command", sign(command, self._lease.key))
+        self._sent, self._sent_ns = want, now_ns
+
+    def _stamps(self, view: View, now_ns: int) -> Stamps:
+        state = view.vehicle_state.message if view.vehicle_state is not None else None
+        window = view.window_status.message if view.window_status is not None else None
+        return Stamps(sent_ns=now_ns, event_ns=self._controls.event_ns,
+                      echoed_vehicle_ns=state.stamp_ns if state is not None else 0,
+                      echoed_boot_id=state.boot_id if state is not None else "",
+                      displayed_capture_ns=window.displayed_capture_ns if window is not None else {})
+
+    def _publish(self, want: Wanted, error_rad: float, now_ns: int) -> None:
+        self._repeat_stop(now_ns)
+        told = Told(operator=self._settings.operator, device=self._device.name, lease=self._lease, controls=self._controls,
+                    armed=self._arming.armed, wheel=self._wheel, alignment_error_rad=error_rad, want=want,
+                    hand_over=self._hand_over, stop=self._stop, sync=self._sync)
+        worth = worth_telling(told)
+        if worth != self._worth or now_ns - self._told_ns >= STATUS_NS:
+            self._worth, self._told_ns = worth, now_ns
+            self._link.publish("operator_status", operator_status(told, now_ns))
+        if now_ns - self._pinged_ns >= PING_NS:
+            self._pinged_ns = now_ns
+            self._pings += 1
+            self._link.publish("clock_ping", ClockPing(number=self._pings, sent_ns=now_ns))
+
+    def _repeat_stop(self, now_ns: int) -> None:
+        self._stop, send = stop_button.step(self._stop, self._car_stop_number(), now_ns)
+        if send:
+            self._link.publish("tower_stop", TowerStop(number=self._stop.number, sent_ns=now_ns,
+                                                       operator=self._settings.operator))
+
+    def _car_stop_number(self) -> int | None:
+        return self._status.stop_number if self._status is not None else None

@@ -1,0 +1,99 @@
+"""What the operator's controls ask of the car: one DriveCommand. Pure; no signature, no sending.
+
+A sample that is old or not finite counts as released: no dead-man, no throttle, no brake, no horn. The wheel keeps its last angle.
+"""
+
+from dataclasses import dataclass, replace
+from math import isfinite
+
+from tower.cockpit.devices import Controls
+from tower.cockpit.pedals import PedalSettings, acceleration_m_s2
+from wire.messages.base import Gear, Indicators
+from wire.messages.operating import DriveCommand
+from wire.messages.vehicle import VehicleDescription
+
+SAMPLE_AGE_MAX_NS = 100_000_000  # architecture, "Failsafe": an older sample counts as released
+ROAD_WHEEL_ANGLE_LIMIT_RAD = 0.8  # of the message
+ACCELERATION_LIMITS_M_S2 = (-10.0, 5.0)  # of the message
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """The commanded part of a DriveCommand."""
+
+    road_wheel_angle_rad: float = 0.0
+    acceleration_m_s2: float = 0.0
+    gear: Gear = Gear.DRIVE
+    indicators: Indicators = Indicators.OFF
+    hazard: bool = False
+    horn: bool = False
+    dead_man: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stamps:
+    """What a command says about when: see DriveCommand for the clocks."""
+
+    sent_ns: int
+    event_ns: int
+    echoed_vehicle_ns: int
+    echoed_boot_id: str
+    displayed_capture_ns: dict[str, int]
+
+
+def trusted(controls: Controls, previous: Controls, now_ns: int) -> Controls:
+    """The controls as they may be used: released when the sample is older than 100 ms or not finite.
+
+    previous  what was trusted a tick ago: its wheel stays where the new one is not a number
+    """
+    wheel_known = isfinite(controls.wheel.angle_rad) and isfinite(controls.wheel.rate_rad_s)
+    known = wheel_known and isfinite(controls.throttle) and isfinite(controls.brake)
+    if known and controls.sample_ns > 0 and now_ns - controls.sample_ns <= SAMPLE_AGE_MAX_NS:
+        return controls
+    return replace(controls, wheel=controls.wheel if wheel_known else previous.wheel,
+                   throttle=0.0, brake=0.0, throttle_reported=False, brake_reported=False, dead_man=False, horn=False)
+
+
+def wanted(controls: Controls, steering_wheel_angle_rad: float, armed: bool, description: VehicleDescription,
+           pedals: PedalSettings) -> Wanted:
+    """What trusted controls ask for.
+
+    steering_wheel_angle_rad  to be commanded: the wheel's angle less the rest of a misalignment
+    armed                     every pedal was seen released; otherwise the throttle does nothing
+    """
+    limit = min(description.road_wheel_angle_max_rad, ROAD_WHEEL_ANGLE_LIMIT_RAD)
+    angle = steering_wheel_angle_rad / description.steering_ratio
+    throttle = controls.throttle if armed and controls.dead_man else 0.0
+    acceleration = acceleration_m_s2(throttle, controls.brake, description.acceleration_max_m_s2, pedals)
+    low, high = ACCELERATION_LIMITS_M_S2
+    return Wanted(road_wheel_angle_rad=min(max(angle, -limit), limit), acceleration_m_s2=min(max(acceleration, low), high),
+                  gear=controls.gear, indicators=controls.indicators, hazard=controls.hazard, horn=controls.horn,
+                  dead_man=controls.dead_man)
+
+
+def built(want: Wanted, lease_epoch: int, sequence: int, stamps: Stamps) -> DriveCommand:
+    """The unsigned command."""
+    return DriveCommand(
+        lease_epoch=lease_epoch, sequence=sequence, sent_ns=stamps.sent_ns, event_ns=stamps.event_ns,
+        echoed_vehicle_ns=stamps.echoed_vehicle_ns, echoed_boot_id=stamps.echoed_boot_id,
+        displayed_capture_ns=stamps.displayed_capture_ns, road_wheel_angle_rad=want.road_wheel_angle_rad,
+        acceleration_m_s2=want.acceleration_m_s2, gear=want.gear, indicators=want.indicators, hazard=want.hazard,
+        horn=want.horn, dead_man=want.dead_man)
+
+
+# Below this a wheel did not move: 0.03 deg at the steering wheel, two counts of a G920.
+_STEERING_STEP_RAD = 0.0005
+_ACCELERATION_STEP_M_S2 = 0.01
+
+
+def is_event(want: Wanted, sent: Wanted | None, steering_ratio: float) -> bool:
+    """Whether the controls changed since the command sent last, so that a new one should go out at once."""
+    if sent is None:
+        return True
+    moved = abs(want.road_wheel_angle_rad - sent.road_wheel_angle_rad) * steering_ratio > _STEERING_STEP_RAD
+    pressed = abs(want.acceleration_m_s2 - sent.acceleration_m_s2) > _ACCELERATION_STEP_M_S2
+    return moved or pressed or _switches(want) != _switches(sent)
+
+
+def _switches(want: Wanted) -> tuple[object, ...]:
+    return want.gear, want.indicators, want.hazard, want.horn, want.dead_man
