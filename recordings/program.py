@@ -20,7 +20,7 @@ from recordings.recover import recover as write_recovered
 from recordings.summary import Summary, summarize
 from wire.configuration import shipped
 from wire.messages.base import encode
-from wire.process import USER_ERROR, run_until_stopped
+from wire.process import BEHIND_CONTROL, USER_ERROR, run_until_stopped
 
 _DEFAULT = shipped("simulated.toml")
 app = typer.Typer(help="Record a drive, read it, repair it.", no_args_is_help=True, add_completion=False,
@@ -31,7 +31,7 @@ app = typer.Typer(help="Record a drive, read it, repair it.", no_args_is_help=Tr
 def record(config: Annotated[Path, typer.Option(help="the configuration of the drive")] = _DEFAULT) -> None:
     """Record every recorded topic at the car's hub until SIGINT or SIGTERM; then write summary.json beside it."""
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    raise typer.Exit(_told(lambda: run_until_stopped(_record, config)))
+    raise typer.Exit(_told(lambda: run_until_stopped(_record, config, BEHIND_CONTROL)))
 
 
 @app.command()

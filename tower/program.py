@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from wire.configuration import shipped
-from wire.process import run_until_stopped
+from wire.process import BEHIND_CONTROL, run_until_stopped
 
 application = typer.Typer(
     help="The operator's side: devices, window, hand-over - and the demo that shows it all.",
@@ -55,7 +55,7 @@ def window(config: Config = DEFAULT) -> None:
     """The operator's window: live video, who drives, what the car asks."""
     from tower.window.window import run
 
-    raise typer.Exit(run_until_stopped(run, config))
+    raise typer.Exit(run_until_stopped(run, config, BEHIND_CONTROL))
 
 
 @application.command()

@@ -3,7 +3,6 @@
 from msgspec.structs import replace
 
 from vehicle_gateway.authority import Event
-from vehicle_gateway.failsafe import Cause
 from vehicle_gateway.hand_over import TakeView, refuse_hand_back, refuse_take
 from vehicle_gateway.lease import renew_epoch, request_lease
 from vehicle_gateway.measure import NEVER_MS, picture_ms
@@ -75,13 +74,11 @@ def _grant(state: State, request: HandOverRequest, now_ns: int) -> tuple[State, 
         case Action.ENGAGE:
             return state, [Event.ENGAGED]
     hand_over = HandOver(number=state.hand_over.number + 1, action=request.action, state="granted", rule="")
-    state = replace(state, hand_over=hand_over, granted_ns=now_ns, lease=renew_epoch(state.lease))
-    match request.action:
-        case Action.HAND_BACK:
-            return state, [Event.HAND_BACK_GRANTED]
-        case Action.RETURN:
-            return replace(state, bounces=state.bounces + 1), [Event.TAKE_GRANTED]
-    return state, [Event.TAKE_GRANTED]
+    state = replace(state, hand_over=hand_over, granted_ns=now_ns)
+    if request.action is Action.HAND_BACK:  # no new epoch: were this answer lost, the operator would no longer drive
+        return state, [Event.HAND_BACK_GRANTED]
+    returned = int(request.action is Action.RETURN)
+    return replace(state, lease=renew_epoch(state.lease), bounces=state.bounces + returned), [Event.TAKE_GRANTED]
 
 
 def hand_back_note(state: State, now_ns: int, limits: GatewayLimits) -> str:
@@ -94,6 +91,7 @@ def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: Ga
     """What the rules of a take-over look at, from the state."""
     command, feedback = state.command, state.feedback
     measured = feedback.road_wheel_angle_rad if feedback else 0.0
+    silent_ms = (now_ns - state.feedback_ns) / 1e6
     return TakeView(
         mode=state.authority.mode,
         lease_current=bool(state.lease.holder),
@@ -108,7 +106,8 @@ def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: Ga
         throttle_pressed=command is not None and command.acceleration_m_s2 > 0.05,
         loop_p95_ms=state.loop_ages.p95_ms(),
         loop_max_ms=limits.failsafe.loop_age_max_ms,
-        car_answers=feedback is not None and not {Cause.FEEDBACK_LOST, Cause.ECU_FAULT} & set(state.causes),
+        car_answers=feedback is not None and feedback.ecu_following and silent_ms <= limits.failsafe.feedback_lost_ms,
+        controls_moved=bool(state.override_since_ns),
         returning=returning,
     )
 

@@ -20,7 +20,7 @@ class Event(StrEnum):
 
     EMERGENCY_BUTTON = auto()
     LOCAL_OVERRIDE = auto()  # a person in the seat steers or brakes for >= 50 ms
-    LOCAL_UNCLEAR = auto()  # steering torque or brake, but nobody seen in the seat
+    LOCAL_UNCLEAR = auto()  # steering torque or brake, but nobody seen in the seat; or the driver left it while moving
     FAULT = auto()  # the gateway's own: no CAN feedback, the ECU does not follow, started while moving, two bounces
     TOWER_STOP = auto()
     OPERATOR_LOST = auto()
@@ -55,7 +55,7 @@ _TABLE = """
                      SB  AU  TR  HO  RE  HB  LD  SS  ST  ES
 EMERGENCY_BUTTON     ES  ES  ES  ES  ES  ES  ES  ES  ES  .
 LOCAL_OVERRIDE       LD  LD  LD  LD  LD  LD  .   LD  LD  .
-LOCAL_UNCLEAR        SS  SS  SS  SS  SS  SS  .   .   .   .
+LOCAL_UNCLEAR        SS  SS  SS  SS  SS  SS  SS  .   .   .
 FAULT                SS  SS  SS  SS  SS  SS  .   .   .   .
 TOWER_STOP           SS  SS  SS  SS  SS  SS  .   .   .   .
 OPERATOR_LOST        .   .   .   @   SS  SS  .   .   .   .

@@ -8,11 +8,14 @@ from msgspec.structs import replace
 
 from vehicle_gateway.answers import answer_hand_overs, answer_leases
 from vehicle_gateway.authority import Event, Source, brakes_held, driving_source, next_authority
+from vehicle_gateway.corridor import pursue
 from vehicle_gateway.events import happened
-from vehicle_gateway.failsafe import RULES, Cause, braking_of
+from vehicle_gateway.failsafe import RULES, Cause
 from vehicle_gateway.gate import gate
 from vehicle_gateway.measure import measure, take_in
-from vehicle_gateway.safe_stop import safe_stop
+from vehicle_gateway.reverse import SPEED_MAX_M_S as REVERSE_SPEED_MAX_M_S
+from vehicle_gateway.reverse import check_reverse
+from vehicle_gateway.safe_stop import WALKING_M_S, safe_stop, speed_for_distance_m_s
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State, open_request
 from wire.messages.base import Gear
 from wire.messages.operating import DriveCommand
@@ -36,11 +39,13 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         asked, (*granted, *happened(asked, inputs, now_ns, limits, started=state.feedback is None)), now_ns, limits
     )
     requested = request_of(decided, now_ns, dt_s, vehicle, limits)
+    cap_m_s = cap_of(decided, vehicle, limits)
+    checked, reverse_rules = check_reverse(requested, decided, now_ns, limits)
     result = gate(
-        requested,
+        checked,
         decided.applied,
         speed_of(decided),
-        cap_of(decided),
+        cap_m_s,
         in_transition(decided, now_ns, limits),
         dt_s,
         vehicle,
@@ -53,10 +58,10 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         requested=requested,
         applied=result.actuation,
         brake_hold=brakes_held(after.authority) and abs(speed_of(after)) < limits.authority.standstill_m_s * 2,
-        rules=result.rules,
+        rules=(*reverse_rules, *result.rules),
         events=events,
         causes=after.causes,
-        cap_m_s=cap_of(after),
+        cap_m_s=cap_m_s,
         lease_replies=lease_replies,
         hand_over_replies=hand_over_replies,
     )
@@ -66,8 +71,21 @@ def speed_of(state: State) -> float:
     return 0.0 if state.feedback is None else state.feedback.speed_m_s
 
 
-def cap_of(state: State) -> float:
-    return state.cap.cap_m_s if driving_source(state.authority) is Source.OPERATOR else NO_CAP_M_S
+def cap_of(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> float:
+    """How fast the driving source may be."""
+    if driving_source(state.authority) is not Source.OPERATOR:
+        return NO_CAP_M_S
+    backwards = state.command is not None and state.command.gear is Gear.REVERSE
+    return min(state.cap.cap_m_s, REVERSE_SPEED_MAX_M_S if backwards else corridor_speed_m_s(state, vehicle, limits))
+
+
+def corridor_speed_m_s(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> float:
+    """So fast that a blind stop stays inside the corridor that was checked last; no bound where there is none."""
+    pursuit = pursue(state.corridor, state.odometry, speed_of(state), vehicle.wheelbase_m) if state.corridor.points else None
+    if pursuit is None:
+        return NO_CAP_M_S
+    stop, lost_s = limits.safe_stop, limits.failsafe.command_lost_ms / 1e3
+    return max(speed_for_distance_m_s(pursuit.remaining_m, lost_s, stop.braking_max_m_s2, stop.jerk_m_s3), WALKING_M_S)
 
 
 def in_transition(state: State, now_ns: int, limits: GatewayLimits) -> bool:
@@ -89,6 +107,8 @@ def decide(state: State, events: tuple[Event, ...], now_ns: int, limits: Gateway
             state = _enter(state, authority.mode, event, now_ns, limits)
             state = replace(state, authority=authority)
             changed.append(event.value)
+    if state.hand_over.state == "granted" and state.authority.mode not in (Mode.HANDING_OVER, Mode.HANDING_BACK):
+        state = replace(state, hand_over=_ended(state, "aborted"))  # something stronger came in the very cycle of the grant
     return state, tuple(changed)
 
 
@@ -100,7 +120,6 @@ def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayL
             "remote_since_ns": now_ns,
             "changed_hands_ns": now_ns,
             "guard_until_ns": 0,
-            "cap": replace(state.cap, cap_m_s=max(speed_of(state), 0.0)),
             "hand_over": _ended(state, "committed"),
         }
     elif event is Event.HAND_BACK_COMMITTED:
@@ -115,6 +134,8 @@ def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayL
         fields["hand_over"] = _ended(state, "aborted")
     if event is Event.TAKEOVER_NEEDED and now_ns < state.guard_until_ns:
         fields["bounces"] = state.bounces + 1
+    if mode is Mode.SAFE_STOP:
+        fields["bounces"] = 0
     if mode is Mode.SAFE_STOP and event is not Event.BUDGET_OVER:
         fields["stops"] = (*(at for at in state.stops if now_ns - at < TEN_MINUTES_NS), now_ns)
     if event is Event.ENGAGED:
@@ -186,9 +207,10 @@ def _of_operator(command: DriveCommand, state: State, limits: GatewayLimits) -> 
     late = Cause.COMMAND_SILENT in state.causes or not command.dead_man
     angle = state.applied.road_wheel_angle_rad if late else command.road_wheel_angle_rad
     traction = min(command.acceleration_m_s2, 0.0) if late else command.acceleration_m_s2
+    gentle = limits.failsafe.gentle_braking_m_s2 if Cause.COMMAND_SILENT in state.causes else traction
     return Actuation(
         road_wheel_angle_rad=angle,
-        acceleration_m_s2=min(traction, braking_of(state.causes, limits.failsafe)),
+        acceleration_m_s2=min(traction, gentle),
         gear=command.gear,
         indicators=command.indicators,
         hazard=command.hazard or late,

@@ -31,8 +31,8 @@ def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool)
     free = feedback.release_button and not is_overridden(state, limits.authority)
     return {
         Event.EMERGENCY_BUTTON: feedback.emergency_button,
-        Event.LOCAL_OVERRIDE: touched and feedback.seat_occupied,
-        Event.LOCAL_UNCLEAR: touched and not feedback.seat_occupied,
+        Event.LOCAL_OVERRIDE: feedback.seat_occupied and (touched or (started and moving)),
+        Event.LOCAL_UNCLEAR: not feedback.seat_occupied and (touched or (mode is Mode.LOCAL_DRIVER and moving)),
         Event.FAULT: (started and moving and not feedback.seat_occupied) or state.bounces >= limits.hand_over.bounces_max,
         Event.STANDSTILL: not moving,
         Event.EMERGENCY_RELEASED: not feedback.emergency_button and feedback.release_button,
@@ -42,7 +42,8 @@ def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool)
 
 def _of_the_operator(state: State, inputs: Inputs, now_ns: int, limits: GatewayLimits) -> dict[Event, bool]:
     waited_ms = (now_ns - state.granted_ns) / 1e6
-    answered = inputs.command is not None and inputs.command.dead_man and inputs.command_ns > state.granted_ns
+    command = inputs.command
+    answered = command is not None and command.dead_man and command.lease_epoch == state.lease.epoch
     taking = state.authority.mode is Mode.HANDING_OVER
     return {
         Event.TOWER_STOP: state.stop_pressed,
@@ -62,12 +63,21 @@ def _of_the_automation(state: State, now_ns: int, limits: GatewayLimits) -> dict
     )
     fresh = (now_ns - state.autonomy_status_ns) / 1e6 <= limits.failsafe.autonomy_status_lost_ms
     still_allowed = not refuse_hand_back(Mode.REMOTE, state.autonomy_status, fresh, limits.hand_over)
-    fit_s = (now_ns - state.healthy_since_ns) / 1e9 if state.healthy_since_ns else -1.0
     return {
         Event.BUDGET_OVER: request is not None and now_ns >= request.raised_ns + request.budget_s * 1e9,
         Event.HAND_BACK_COMMITTED: fits and still_allowed,
         Event.HAND_BACK_LAPSED: returning and (waited_s > limits.hand_over.hand_back_s or not still_allowed),
         Event.TAKEOVER_NEEDED: request is not None and fresh,
         Event.TAKEOVER_WITHDRAWN: request is None and fresh,
-        Event.ENGAGED: (limits.authority.engage_autonomously and not state.engaged and fit_s >= limits.authority.engage_after_s),
+        Event.ENGAGED: _may_engage(state, now_ns, limits),
     }
+
+
+def _may_engage(state: State, now_ns: int, limits: GatewayLimits) -> bool:
+    """Whether the car sets off by itself: only where that is configured, once, and with help within reach."""
+    authority = limits.authority
+    fit_s = (now_ns - state.healthy_since_ns) / 1e9 if state.healthy_since_ns else -1.0
+    fresh_ns = limits.failsafe.picture_lost_ms * 1e6
+    seen = any(now_ns - picture.advanced_ns <= fresh_ns for picture in state.pictures.values())
+    helped = not authority.engage_needs_operator or (bool(state.lease.holder) and seen)
+    return authority.engage_autonomously and not state.engaged and helped and fit_s >= authority.engage_after_s

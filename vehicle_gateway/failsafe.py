@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 from msgspec import Meta
 
 from vehicle_gateway.authority import Event, Source
-from wire.messages.base import Acceleration, Message
+from wire.messages.base import Message
 
 
 class FailsafeLimits(Message):
@@ -70,7 +70,7 @@ class Ages(Message):
 
 def active_causes(ages: Ages, driving: Source, receiving: Source | None, limits: FailsafeLimits) -> tuple[Cause, ...]:
     """Every active cause, worst first. Causes of a source that neither drives nor receives do not count."""
-    operator = Source.OPERATOR in (driving, receiving)
+    operator = driving is Source.OPERATOR  # while he receives, the time within which he must answer is short enough
     autonomy = Source.AUTONOMY in (driving, receiving)
     moving = driving in (Source.OPERATOR, Source.AUTONOMY)  # somebody may make it move through us
     table = {
@@ -88,8 +88,3 @@ def active_causes(ages: Ages, driving: Source, receiving: Source | None, limits:
         Cause.COMMAND_SILENT: driving is Source.OPERATOR and ages.command_ms > limits.command_gentle_ms,
     }
     return tuple(cause for cause in Cause if table[cause])
-
-
-def braking_of(causes: tuple[Cause, ...], limits: FailsafeLimits) -> Acceleration:
-    """The braking that recoverable causes ask for [m/s2, <= 0]."""
-    return limits.gentle_braking_m_s2 if Cause.COMMAND_SILENT in causes else 0.0

@@ -1,10 +1,10 @@
-"""Last check before CAN: limit one command. Pure: no clock, no I/O, no logging. Returns what may be sent, and which rules changed it.
+"""Last check before CAN: limit one command, and say which rules changed it. Pure: no clock, no I/O, no logging.
 
 Braking is never limited: more deceleration than last cycle passes at once, down to the car's own maximum.
 Frame: ISO 8855; positive angle turns left.
 """
 
-from math import atan
+from math import atan, isfinite
 from typing import Annotated
 
 import msgspec
@@ -53,6 +53,7 @@ def gate(
     in_transition  control is changing hands: traction and steering steps are smaller, braking is not
     dt_s           real time since `previous` was sent
     """
+    requested, number_rules = _numbers_only(requested, previous)
     angle, angle_rules = _steering(
         requested.road_wheel_angle_rad,
         previous.road_wheel_angle_rad,
@@ -73,8 +74,10 @@ def gate(
         limits,
     )
     gear, gear_rules = _gear(requested.gear, previous.gear, speed_m_s, limits)
+    if gear_rules:  # traction meant for the other direction
+        acceleration = min(acceleration, 0.0)
     sent = msgspec.structs.replace(requested, road_wheel_angle_rad=angle, acceleration_m_s2=acceleration, gear=gear)
-    return GateResult(actuation=sent, rules=(*angle_rules, *rules, *gear_rules))
+    return GateResult(actuation=sent, rules=(*number_rules, *angle_rules, *rules, *gear_rules))
 
 
 def _steering(
@@ -122,6 +125,16 @@ def _acceleration(
         applied = -vehicle.braking_max_m_s2
         rules.append("car's braking")
     return applied, tuple(rules)
+
+
+def _numbers_only(requested: Actuation, previous: Actuation) -> tuple[Actuation, tuple[str, ...]]:
+    """A value that is no number never reaches the car: the angle stays, traction ends."""
+    angle, acceleration = requested.road_wheel_angle_rad, requested.acceleration_m_s2
+    if isfinite(angle) and isfinite(acceleration):
+        return requested, ()
+    held = previous.road_wheel_angle_rad if not isfinite(angle) else angle
+    calm = min(previous.acceleration_m_s2, 0.0) if not isfinite(acceleration) else acceleration
+    return msgspec.structs.replace(requested, road_wheel_angle_rad=held, acceleration_m_s2=calm), ("not a number",)
 
 
 def _gear(requested: Gear, previous: Gear, speed_m_s: float, limits: GateLimits) -> tuple[Gear, tuple[str, ...]]:

@@ -48,7 +48,7 @@ def run(config: Path, stop: threading.Event) -> int:
     boot_id = secrets.token_hex(8)
     with Memory(file) as memory, open_link(wire.link, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
         inbox = Inbox(link, boot_id)
-        with open_bus(settings.can, "vehicle", inbox.on_frame, clock) as bus:
+        with open_bus(settings.can, "vehicle", inbox.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus:
             gateway = Gateway(link, bus, inbox, memory, clock, sections["vehicle"], settings, remembered)
             return gateway.run(stop, wire.pace.fifo_priority)
 
@@ -184,10 +184,10 @@ def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_
     """The state a gateway starts with: latches, epochs and recent stops survive a restart."""
     state = initial_state(boot_id, now_ns, remembered.epoch_reserved, remembered.emergency_latched)
     if remembered.stop_latched and not remembered.emergency_latched:
-        authority = msgspec.structs.replace(state.authority, mode=Mode.STOPPED, origin=Mode.STOPPED)
+        authority = msgspec.structs.replace(state.authority, mode=Mode.SAFE_STOP, origin=Mode.SAFE_STOP)  # which stands, or stops
         state = msgspec.structs.replace(state, authority=authority, cause="stopped before the gateway was restarted")
     stops = tuple(max(at - utc_minus_now_ns, 0) for at in remembered.stops_utc_ns)
-    return msgspec.structs.replace(state, engaged=remembered.engaged, stops=stops)
+    return msgspec.structs.replace(state, engaged=remembered.engaged, stops=stops, stop_pressed=remembered.stop_pressed)
 
 
 def remember(state: State, epoch_reserved: int, utc_minus_now_ns: int) -> Remembered:
@@ -196,6 +196,7 @@ def remember(state: State, epoch_reserved: int, utc_minus_now_ns: int) -> Rememb
     return Remembered(
         epoch_reserved=epoch_reserved,
         emergency_latched=mode is Mode.EMERGENCY_STOP,
+        stop_pressed=state.stop_pressed,
         stop_latched=mode in (Mode.SAFE_STOP, Mode.STOPPED),
         engaged=state.engaged,
         stops_utc_ns=tuple(at + utc_minus_now_ns for at in state.stops),

@@ -42,6 +42,7 @@ class TakeView(Message):
     throttle_pressed: bool
     loop_p95_ms: float
     loop_max_ms: float
+    controls_moved: bool = False  # somebody steers or brakes at the controls in the car
     car_answers: bool  # CAN feedback fresh and the drive-by-wire not at fault
     returning: bool  # within the guard after a hand-back: the wheel need not be aligned first
 
@@ -60,6 +61,7 @@ def refuse_take(view: TakeView, limits: HandOverLimits) -> str:
             f"{view.recent_stops} stops in ten minutes: a supervisor has to release the car",
         ),
         (not view.car_answers, "the car does not answer on CAN"),
+        (view.controls_moved, "somebody moves the controls in the car"),
         (bool(view.dead_camera), view.dead_camera),
         (view.picture_ms > view.picture_max_ms, "no new picture on your screen"),
         (

@@ -25,6 +25,8 @@ def request_lease(lease: Lease, request: LeaseRequest, now_ns: int, in_use: bool
 
     in_use  the holder drives, or control is changing hands: then nobody else gets it, whatever the silence
     """
+    if not request.operator:
+        return lease, "an operator needs a name: set [tower.cockpit] operator"
     if lease.session == request.session and lease.holder == request.operator:
         return Lease(epoch=lease.epoch, holder=lease.holder, session=lease.session, seen_ns=now_ns), ""
     silent_ns = now_ns - lease.seen_ns

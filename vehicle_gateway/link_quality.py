@@ -43,19 +43,27 @@ class SpeedCap(Message):
     cap_m_s: Speed
     bad_ns: TimeNs  # when the link was last too slow for full speed
 
-    def step(self, p95_ms: float, speed_max_m_s: float, remote_s: float, now_ns: int, dt_s: float, limits: CapLimits) -> "SpeedCap":
-        """The cap one cycle later.
+    def step(
+        self, p95_ms: float, speed_max_m_s: float, remote_s: float, now_ns: int, dt_s: float, limits: CapLimits
+    ) -> "SpeedCap":
+        """The cap one cycle later: it falls towards its target at once and rises only after a while of good link.
 
         speed_max_m_s  of the vehicle under remote control
         remote_s       for how long the operator has been driving
         """
-        allowed = min(speed_max_m_s, limits.speed_first_m_s) if remote_s < limits.first_s else speed_max_m_s
-        slow = p95_ms > limits.loop_age_free_ms
-        target = min(allowed, speed_max_m_s * limits.loop_age_free_ms / p95_ms) if slow else allowed
-        bad_ns = now_ns if slow else self.bad_ns
+        target = target_m_s(p95_ms, speed_max_m_s, remote_s, limits)
+        bad_ns = now_ns if p95_ms > limits.loop_age_free_ms else self.bad_ns
         if target < self.cap_m_s:
             fall = limits.fall_slow_m_s2 if p95_ms > limits.loop_age_slow_ms else limits.fall_m_s2
             return SpeedCap(cap_m_s=max(target, self.cap_m_s - fall * dt_s), bad_ns=bad_ns)
         may_rise = now_ns - bad_ns >= limits.good_link_s * 1e9
         rise = limits.rise_m_s2 * dt_s if may_rise else 0.0
         return SpeedCap(cap_m_s=min(target, self.cap_m_s + rise), bad_ns=bad_ns)
+
+
+def target_m_s(p95_ms: float, speed_max_m_s: float, remote_s: float, limits: CapLimits) -> float:
+    """How fast the operator may drive with this loop age, for this long at the wheel."""
+    allowed = min(speed_max_m_s, limits.speed_first_m_s) if remote_s < limits.first_s else speed_max_m_s
+    if p95_ms <= limits.loop_age_free_ms:
+        return allowed
+    return allowed * limits.loop_age_free_ms / p95_ms

@@ -2,9 +2,10 @@
 
 from msgspec.structs import replace
 
-from vehicle_gateway.authority import RECEIVES, driving_source
+from vehicle_gateway.authority import RECEIVES, Source, driving_source
 from vehicle_gateway.corridor import advance, keep_corridor
 from vehicle_gateway.failsafe import Ages, active_causes
+from vehicle_gateway.link_quality import SpeedCap, target_m_s
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
 from wire.messages.operating import DriveCommand
 from wire.messages.vehicle import VehicleDescription
@@ -17,20 +18,22 @@ def take_in(state: State, inputs: Inputs, now_ns: int) -> State:
     fields: dict[str, object] = {}
     if inputs.feedback is not None:
         fields |= {"feedback": inputs.feedback, "feedback_ns": now_ns}
+        if state.feedback is None:  # whatever we do first, the wheels stay as they are
+            angle = inputs.feedback.road_wheel_angle_rad
+            fields["applied"] = replace(state.applied, road_wheel_angle_rad=angle, gear=inputs.feedback.gear)
     if inputs.autonomy is not None:
         fields |= {"autonomy": inputs.autonomy, "autonomy_ns": now_ns}
     if inputs.autonomy_status is not None:
         fields |= {"autonomy_status": inputs.autonomy_status, "autonomy_status_ns": now_ns}
     if inputs.cameras:
         fields["cameras"] = state.cameras | {status.camera: status for status in inputs.cameras}
-    if inputs.stop_number not in (0, state.stop_number):  # a restarted tower counts from elsewhere
+    if inputs.stop_number:  # whatever its number: a restarted tower counts from elsewhere
         fields |= {"stop_number": inputs.stop_number, "stop_pressed": True}
     if inputs.command is not None:
         fields |= _of_command(state, inputs.command, inputs.command_ns)
     if inputs.scene is not None and state.feedback is not None:
-        fields["corridor"] = keep_corridor(
-            inputs.scene, state.odometry, state.feedback.speed_m_s, state.feedback.yaw_rate_rad_s, now_ns
-        )
+        checked = keep_corridor(inputs.scene, state.odometry, state.feedback.speed_m_s, state.feedback.yaw_rate_rad_s, now_ns)
+        fields["corridor"] = checked if checked.points else state.corridor  # the last one that was checked still counts
     return replace(state, **fields) if fields else state
 
 
@@ -38,7 +41,8 @@ def _of_command(state: State, command: DriveCommand, at_ns: int) -> dict[str, ob
     pictures = dict(state.pictures)
     for camera, capture_ns in command.displayed_capture_ns.items():
         known = pictures.get(camera)
-        if known is None or capture_ns > known.capture_ns:
+        advanced = known is None or capture_ns > known.capture_ns
+        if advanced and capture_ns <= at_ns:  # a stamp of the future is no picture of ours
             pictures[camera] = Picture(capture_ns=capture_ns, advanced_ns=at_ns)
     return {
         "command": command,
@@ -56,8 +60,7 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
     loop_ages = state.loop_ages.add(now_ns, age_ms) if new_command else state.loop_ages
     p95_ms = loop_ages.p95_ms()
     slow = p95_ms > limits.failsafe.loop_age_max_ms
-    remote_s = (now_ns - state.remote_since_ns) / 1e9
-    cap = state.cap.step(p95_ms, vehicle.speed_max_remote_m_s, remote_s, now_ns, dt_s, limits.cap)
+    cap = cap_of_operator(state, p95_ms, now_ns, dt_s, vehicle, limits)
     feedback = state.feedback
     odometry = (
         state.odometry if feedback is None else advance(state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, min(dt_s, 0.1))
@@ -79,6 +82,18 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
             ages_of(measured, now_ns, vehicle), driving_source(authority), RECEIVES.get(authority.mode), limits.failsafe
         ),
     )
+
+
+def cap_of_operator(
+    state: State, p95_ms: float, now_ns: int, dt_s: float, vehicle: VehicleDescription, limits: GatewayLimits
+) -> SpeedCap:
+    """How fast the operator may drive; before he does, where his cap will begin: at his limit, or at the car's speed above it."""
+    most = vehicle.speed_max_remote_m_s
+    if driving_source(state.authority) is Source.OPERATOR:
+        return state.cap.step(p95_ms, most, (now_ns - state.remote_since_ns) / 1e9, now_ns, dt_s, limits.cap)
+    speed = abs(state.feedback.speed_m_s) if state.feedback else 0.0
+    slow = p95_ms > limits.cap.loop_age_free_ms
+    return SpeedCap(cap_m_s=max(speed, target_m_s(p95_ms, most, 0.0, limits.cap)), bad_ns=now_ns if slow else state.cap.bad_ns)
 
 
 def loop_age_ms(state: State, vehicle: VehicleDescription) -> float:

@@ -20,6 +20,7 @@ EPOCH_BLOCK = 1_000_000  # epochs reserved at each start: more grants than a lif
 class Remembered(Message):
     epoch_reserved: Count = 0  # no epoch above this was ever used
     emergency_latched: bool = False
+    stop_pressed: bool = False  # in the tower, and not cleared since
     stop_latched: bool = False  # SAFE_STOP or STOPPED: a restarted gateway does not drive off by itself
     engaged: bool = False
     stops_utc_ns: tuple[TimeNs, ...] = ()
@@ -35,7 +36,7 @@ def recall(file: Path) -> Remembered:
     try:
         known = msgspec.json.decode(file.read_bytes(), type=Remembered) if file.exists() else Remembered()
         write(file, msgspec.structs.replace(known, epoch_reserved=known.epoch_reserved + EPOCH_BLOCK))
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ConfigurationError(
             f"{file}: damaged ({error}); the car's epochs are not known: have a supervisor look at "
             "the recordings, then delete the file"

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from wire.configuration import shipped
-from wire.process import run_until_stopped
+from wire.process import BEHIND_ALL, run_until_stopped
 
 application = typer.Typer(
     help="In the car: who drives, the gate to CAN, the cameras, and a simulated car when there is none.",
@@ -19,8 +19,8 @@ Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.
 DEFAULT = shipped("simulated.toml")
 
 
-def _start(module: str, config: Path) -> None:
-    raise typer.Exit(run_until_stopped(import_module(module).run, config))
+def _start(module: str, config: Path, niceness: int = 0) -> None:
+    raise typer.Exit(run_until_stopped(import_module(module).run, config, niceness))
 
 
 @application.command()
@@ -32,7 +32,7 @@ def run(config: Config = DEFAULT) -> None:
 @application.command()
 def video(config: Config = DEFAULT) -> None:
     """Encode the cameras and send them to the tower and the recorder."""
-    _start("vehicle_gateway.video.video", config)
+    _start("vehicle_gateway.video.video", config, BEHIND_ALL)
 
 
 @application.command()

@@ -4,6 +4,7 @@ With no fresh corridor it holds the curvature and brakes firmly. Hazard lights o
 which every fault test prints beforehand and the referee's measurement is held against.
 """
 
+from math import sqrt
 from typing import Annotated
 
 from msgspec import Meta
@@ -42,7 +43,8 @@ def safe_stop(
         firm = limits.braking_m_s2 if fresh else limits.braking_max_m_s2
         angle, braking = pursuit.road_wheel_angle_rad, min(max(firm, needed), limits.braking_max_m_s2)
     angle = min(max(angle, -vehicle.road_wheel_angle_max_rad), vehicle.road_wheel_angle_max_rad)
-    acceleration = max(min(previous.acceleration_m_s2, 0.0) - limits.jerk_m_s3 * dt_s, -braking)
+    before, step = min(previous.acceleration_m_s2, 0.0), limits.jerk_m_s3 * dt_s
+    acceleration = min(max(-braking, before - step), before + step)
     return Actuation(
         road_wheel_angle_rad=angle,
         acceleration_m_s2=acceleration,
@@ -50,6 +52,15 @@ def safe_stop(
         indicators=Indicators.OFF,
         hazard=True,
     )
+
+
+WALKING_M_S = 5 / 3.6  # an operator may always creep: the corridor is the automation's opinion of what is free
+
+
+def speed_for_distance_m_s(distance_m: float, reaction_s: float, braking_m_s2: float, jerk_m_s3: float) -> float:
+    """The speed whose `stopping_distance_m` is within `distance_m`: its inverse without the small term b t_j^2 / 24."""
+    delay_s = reaction_s + braking_m_s2 / (2 * jerk_m_s3)
+    return braking_m_s2 * (sqrt(delay_s**2 + 2 * max(distance_m, 0.0) / braking_m_s2) - delay_s)
 
 
 def stopping_distance_m(speed_m_s: float, reaction_s: float, braking_m_s2: float, jerk_m_s3: float) -> float:

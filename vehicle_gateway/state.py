@@ -27,6 +27,7 @@ from wire.messages.vehicle import Actuation, HandOver, Mode
 
 class AuthorityLimits(Message):
     engage_autonomously: bool = False  # from STANDBY by itself, once, when the automation is healthy; never on a public road
+    engage_needs_operator: bool = True  # sets off only when help is there: a lease holder with a fresh picture
     engage_after_s: Annotated[float, Meta(ge=0.0, le=60.0)] = 1.0
     override_ms: Annotated[float, Meta(ge=10.0, le=1000.0)] = 50.0  # architecture: seat and torque or brake for >= 50 ms
     override_torque_nm: Annotated[float, Meta(ge=0.5, le=20.0)] = 3.0  # ours: above road shake, far below a pull

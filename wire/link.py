@@ -64,7 +64,7 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zeno
         entries["access_control"] = access_control(settings.vehicle_id, site, settings.accepts_script)
         if settings.dials == site:
             entries["connect/endpoints"] = [_endpoint(far)]
-            entries["connect/timeout_ms"] = 0
+            entries["connect/timeout_ms"] = -1  # in the background, for ever; 0 would be one attempt
             entries["connect/exit_on_failure"] = False
             entries["connect/retry"] = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5}
     else:
@@ -228,8 +228,12 @@ class Link:
         return None
 
     def serve(self, name: str, handler: Callable[[Any], Message]) -> None:
-        """Answer a query; handler(request) -> reply runs on a library thread. An undecodable request gets no answer."""
-        self.serve_later(name, lambda request, reply: reply(handler(request)))
+        """Answer a query; handler(request) -> reply runs on a thread of its own. An undecodable request gets no answer."""
+
+        def answer(request: Any, reply: Callable[[Message], None]) -> None:
+            threading.Thread(target=lambda: reply(handler(request)), name=f"answer {name}", daemon=True).start()
+
+        self.serve_later(name, answer)
 
     def serve_later(self, name: str, handler: Callable[[Any, Callable[[Message], None]], None]) -> None:
         """Like `serve`, but handler(request, reply) returns at once and reply(message) is called later, on any thread.

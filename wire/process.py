@@ -1,5 +1,6 @@
 """Life of a process: asked to stop by SIGINT or SIGTERM, one clear line for an error the user can fix."""
 
+import os
 import signal
 import sys
 import threading
@@ -13,11 +14,18 @@ from wire.link import LinkError, Stopped
 USER_ERROR = 2  # exit code for what the user can fix
 
 
-def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path) -> int:
+BEHIND_CONTROL = 5  # niceness of what draws or records: a control loop beside it goes first
+BEHIND_ALL = 10  # and of what renders and encodes: cameras lose frames before anything else loses time
+
+
+def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path, niceness: int = 0) -> int:
     """Run `run(config, stop)` with `stop` set by SIGINT or SIGTERM. The exit code of the process.
 
+    niceness  how far the process stands back when the machine is short of time
     A second signal while stopping ends it at once (exit 130).
     """
+    if niceness and hasattr(os, "nice"):
+        os.nice(niceness)
     stop = threading.Event()
 
     def asked(*_: object) -> None:

@@ -1,0 +1,1 @@
+"""Every performance figure and every fault campaign, by one command each."""

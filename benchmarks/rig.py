@@ -1,0 +1,108 @@
+"""A real demo under test: started as a user would, watched at the car's hub and in the referee's own log, hurt on purpose."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from tower.demo.observer import Observer
+from wire.configuration import read_sections
+from wire.messages.sensing import Referee
+from wire.messages.vehicle import Mode
+from wire.settings import WireSettings
+
+LOOK_S = 0.02
+
+
+class RigError(Exception):
+    """The drive did not come to where the test needs it; the text says what it waited for and where the logs are."""
+
+
+@dataclass(slots=True)
+class Drive:
+    """A running `tower demo`."""
+
+    process: subprocess.Popen[bytes]
+    folder: Path
+    observer: Observer
+
+    def pid(self, name: str) -> int:
+        return int(json.loads((self.folder / "processes.json").read_text())[name])
+
+    def hurt(self, name: str, how: signal.Signals) -> None:
+        os.kill(self.pid(name), how)
+
+    @property
+    def mode(self) -> Mode | None:
+        status = self.observer.status
+        return status.mode if status else None
+
+    def referee(self) -> list[Referee]:
+        """Everything the referee has logged so far; its log outlives the hub."""
+        return read_referee(self.folder)
+
+    def wait_until(self, what: str, condition: Callable[[], bool], patience_s: float) -> None:
+        """Look until `condition` holds. Raises RigError after `patience_s` or when the demo ended before."""
+        until = time.monotonic() + patience_s
+        while not condition():
+            if self.process.poll() is not None or time.monotonic() > until:
+                ended = self.process.poll() is not None
+                raise RigError(f"{'the demo ended' if ended else f'{patience_s:g} s passed'} before: {what}; mode {self.mode}, "
+                               f"logs in {self.folder}\n{(self.folder.parent / 'demo.log').read_text(errors='replace')[-2000:]}")
+            time.sleep(LOOK_S)
+
+    def end(self) -> int:
+        """Ask the demo to end; its exit code."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(60)
+
+
+def read_referee(folder: Path) -> list[Referee]:
+    log = folder / "referee.jsonl"
+    lines = log.read_bytes().splitlines() if log.exists() else []
+    decode = msgspec.json.Decoder(Referee).decode
+    whole = lines if not lines or lines[-1].endswith(b"}") else lines[:-1]
+    return [decode(line) for line in whole]
+
+
+@contextmanager
+def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None = None) -> Iterator[Drive]:
+    """`tower demo ARGUMENTS` from its start; leaving the context ends it and everything it started."""
+    log = sessions / "demo.log"
+    program = Path(sys.executable).parent / "tower"
+    variables = os.environ | {"SDL_VIDEODRIVER": "dummy"} if environment is None else environment
+    with log.open("wb") as stream:
+        process = subprocess.Popen([str(program), "demo", "--sessions", str(sessions), *arguments], stdout=stream, stderr=stream,
+                                   stdin=subprocess.DEVNULL, env=variables)
+    try:
+        folder = _folder(sessions, process, log)
+        wire: WireSettings = read_sections(folder / "session.toml", {"wire": WireSettings})["wire"]
+        with Observer(wire.link) as observer:
+            yield Drive(process, folder, observer)
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(60)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _folder(sessions: Path, process: subprocess.Popen[bytes], log: Path) -> Path:
+    """The session's folder, as soon as its processes run."""
+    until = time.monotonic() + 30.0
+    while time.monotonic() < until and process.poll() is None:
+        found = [path.parent for path in sessions.glob("*/processes.json")]
+        if found:
+            return found[0]
+        time.sleep(LOOK_S)
+    raise RigError(f"the demo did not start:\n{log.read_text(errors='replace')}")
