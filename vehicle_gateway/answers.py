@@ -19,8 +19,8 @@ def answer_leases(state: State, requests: tuple[LeaseRequest, ...], now_ns: int)
     replies = []
     for request in requests:
         lease, rule = request_lease(state.lease, request, now_ns, in_use=state.authority.mode in IN_USE)
-        if lease.session != state.lease.session:  # somebody new: nothing of the old holder's counts
-            state = replace(state, command=None, command_ns=0, dead_man_ns=0, pictures={})
+        if lease.owner != state.lease.owner:  # somebody new: nothing of the old holder's counts
+            state = replace(state, command=None, command_ns=0, dead_man_ns=0, pictures={}, question_number=0)
         state = replace(state, lease=lease)
         replies.append(LeaseReply(granted=not rule, epoch=0 if rule else lease.epoch, key_hex="", rule=rule, boot_id=state.boot_id))
     return state, tuple(replies)
@@ -37,6 +37,7 @@ def answer_hand_overs(
         if not rule:
             state, event = _grant(state, request, now_ns)
             events += event
+        state = replace(state, question_number=max(state.question_number, request.number))
         replies.append(
             HandOverReply(
                 number=request.number,
@@ -52,6 +53,8 @@ def _refuse(state: State, request: HandOverRequest, now_ns: int, vehicle: Vehicl
     mode = state.authority.mode
     if request.lease_epoch != state.lease.epoch or not state.lease.holder:
         return "no current lease: ask for it again"
+    if request.number <= state.question_number:
+        return "this question was answered before"
     match request.action:
         case Action.TAKE:
             return refuse_take(take_view(state, now_ns, vehicle, limits), limits.hand_over)

@@ -31,12 +31,12 @@ NO_CAP_M_S = 100.0  # the automation keeps its own limit; the cap is the operato
 def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> tuple[State, Outputs]:
     """The state after one cycle and what is to be sent, answered and told."""
     dt_s = min(max(now_ns - state.now_ns, 0) / 1e9, LONGEST_DT_S)
-    before = take_in(state, inputs, now_ns)
+    before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns)
     measured = measure(before, now_ns, dt_s, vehicle, limits)
     leased, lease_replies = answer_leases(measured, inputs.lease_requests, now_ns)
     asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)
     decided, events = decide(
-        asked, (*granted, *happened(asked, inputs, now_ns, limits, started=state.feedback is None)), now_ns, limits
+        asked, (*granted, *happened(asked, inputs, now_ns, vehicle, limits, started=state.feedback is None)), now_ns, limits
     )
     requested = request_of(decided, now_ns, dt_s, vehicle, limits)
     cap_m_s = cap_of(decided, vehicle, limits)
@@ -65,6 +65,12 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         lease_replies=lease_replies,
         hand_over_replies=hand_over_replies,
     )
+
+
+def of_this_epoch(inputs: Inputs, epoch: int) -> Inputs:
+    """A command that passed the door just before its epoch ended is no command any more."""
+    old = inputs.command is not None and inputs.command.lease_epoch != epoch
+    return replace(inputs, command=None) if old else inputs
 
 
 def speed_of(state: State) -> float:
@@ -186,7 +192,8 @@ def request_of(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescripti
         asked = replace(held, acceleration_m_s2=EMERGENCY_M_S2, hazard=True)
     elif source is Source.LOCAL:
         angle = state.feedback.road_wheel_angle_rad if state.feedback else 0.0
-        asked = Actuation(road_wheel_angle_rad=angle, acceleration_m_s2=0.0)
+        gear = state.feedback.gear if state.feedback else state.applied.gear
+        asked = Actuation(road_wheel_angle_rad=angle, acceleration_m_s2=0.0, gear=gear)
     elif source is Source.AUTONOMY and state.autonomy is not None:
         asked = Actuation(
             road_wheel_angle_rad=state.autonomy.road_wheel_angle_rad,

@@ -3,19 +3,21 @@
 from vehicle_gateway.authority import Event
 from vehicle_gateway.failsafe import RULES
 from vehicle_gateway.hand_over import refuse_hand_back
-from vehicle_gateway.measure import is_overridden
+from vehicle_gateway.measure import is_overridden, picture_ms
 from vehicle_gateway.state import GatewayLimits, Inputs, State, open_request
-from wire.messages.vehicle import Mode
+from wire.messages.vehicle import Mode, VehicleDescription
 
 
-def happened(state: State, inputs: Inputs, now_ns: int, limits: GatewayLimits, started: bool) -> tuple[Event, ...]:
+def happened(
+    state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits, started: bool
+) -> tuple[Event, ...]:
     """Every event of this cycle, in no particular order.
 
     started  no feedback had been seen before this cycle: the gateway has just started
     """
     table = (
         _of_the_car(state, now_ns, limits, started)
-        | _of_the_operator(state, inputs, now_ns, limits)
+        | _of_the_operator(state, inputs, now_ns, vehicle, limits)
         | _of_the_automation(state, now_ns, limits)
     )
     causes = {RULES[cause].event for cause in state.causes}
@@ -27,12 +29,13 @@ def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool)
     if feedback is None:
         return {}
     touched = bool(state.override_since_ns) and (now_ns - state.override_since_ns) / 1e6 >= limits.authority.override_ms
+    left = bool(state.seat_left_ns) and (now_ns - state.seat_left_ns) / 1e6 >= limits.authority.seat_left_ms
     moving = abs(feedback.speed_m_s) >= limits.authority.standstill_m_s
     free = feedback.release_button and not is_overridden(state, limits.authority)
     return {
         Event.EMERGENCY_BUTTON: feedback.emergency_button,
         Event.LOCAL_OVERRIDE: feedback.seat_occupied and (touched or (started and moving)),
-        Event.LOCAL_UNCLEAR: not feedback.seat_occupied and (touched or (mode is Mode.LOCAL_DRIVER and moving)),
+        Event.LOCAL_UNCLEAR: not feedback.seat_occupied and (touched or (mode is Mode.LOCAL_DRIVER and moving and left)),
         Event.FAULT: (started and moving and not feedback.seat_occupied) or state.bounces >= limits.hand_over.bounces_max,
         Event.STANDSTILL: not moving,
         Event.EMERGENCY_RELEASED: not feedback.emergency_button and feedback.release_button,
@@ -40,14 +43,17 @@ def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool)
     }
 
 
-def _of_the_operator(state: State, inputs: Inputs, now_ns: int, limits: GatewayLimits) -> dict[Event, bool]:
+def _of_the_operator(
+    state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits
+) -> dict[Event, bool]:
     waited_ms = (now_ns - state.granted_ns) / 1e6
     command = inputs.command
     answered = command is not None and command.dead_man and command.lease_epoch == state.lease.epoch
+    seen = picture_ms(state, now_ns, vehicle) <= limits.failsafe.picture_lost_ms
     taking = state.authority.mode is Mode.HANDING_OVER
     return {
         Event.TOWER_STOP: state.stop_pressed,
-        Event.TAKE_COMMITTED: taking and answered and waited_ms <= limits.hand_over.commit_ms,
+        Event.TAKE_COMMITTED: taking and answered and seen and waited_ms <= limits.hand_over.commit_ms,
         Event.TAKE_LAPSED: taking and waited_ms > limits.hand_over.commit_ms,
     }
 

@@ -125,7 +125,7 @@ class Gateway:
 
     def _answer(self, before: State, outputs: Outputs, lease_replies: list[Reply], hand_over_replies: list[Reply]) -> None:
         lease = self.state.lease
-        if lease.session != before.lease.session:
+        if lease.owner != before.lease.owner:
             self._inbox.key = secrets.token_bytes(32)
             self._inbox.guard = msgspec.structs.replace(self._inbox.guard, last_sequence=0)
         if lease.epoch != self._inbox.guard.epoch:

@@ -19,6 +19,11 @@ class Lease(Message):
     session: Name = ""
     seen_ns: TimeNs = 0  # when its holder was last heard, vehicle clock
 
+    @property
+    def owner(self) -> tuple[str, str]:
+        """Who holds it: an operator at one start of one tower."""
+        return self.holder, self.session
+
 
 def request_lease(lease: Lease, request: LeaseRequest, now_ns: int, in_use: bool) -> tuple[Lease, str]:
     """The lease after a request, and the rule that refused it ("" when granted or renewed).
@@ -27,7 +32,7 @@ def request_lease(lease: Lease, request: LeaseRequest, now_ns: int, in_use: bool
     """
     if not request.operator:
         return lease, "an operator needs a name: set [tower.cockpit] operator"
-    if lease.session == request.session and lease.holder == request.operator:
+    if lease.owner == (request.operator, request.session):
         return Lease(epoch=lease.epoch, holder=lease.holder, session=lease.session, seen_ns=now_ns), ""
     silent_ns = now_ns - lease.seen_ns
     patience_ns = SILENT_SAME_NS if lease.holder == request.operator else SILENT_OTHER_NS

@@ -73,6 +73,7 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
         odometry=odometry,
         slow_since_ns=(state.slow_since_ns or now_ns) if slow else 0,
         healthy_since_ns=(state.healthy_since_ns or now_ns) if is_autonomy_fit(state, now_ns, limits) else 0,
+        seat_left_ns=(state.seat_left_ns or now_ns) if feedback is not None and not feedback.seat_occupied else 0,
         override_since_ns=(state.override_since_ns or now_ns) if is_overridden(state, limits.authority) else 0,
     )
     authority = measured.authority

@@ -30,6 +30,7 @@ class AuthorityLimits(Message):
     engage_needs_operator: bool = True  # sets off only when help is there: a lease holder with a fresh picture
     engage_after_s: Annotated[float, Meta(ge=0.0, le=60.0)] = 1.0
     override_ms: Annotated[float, Meta(ge=10.0, le=1000.0)] = 50.0  # architecture: seat and torque or brake for >= 50 ms
+    seat_left_ms: Annotated[float, Meta(ge=50.0, le=5000.0)] = 500.0  # ours: a driver who shifts in the seat has not left it
     override_torque_nm: Annotated[float, Meta(ge=0.5, le=20.0)] = 3.0  # ours: above road shake, far below a pull
     override_brake: Annotated[float, Meta(ge=0.01, le=1.0)] = 0.1
     standstill_m_s: Annotated[float, Meta(ge=0.01, le=0.5)] = 0.05
@@ -105,6 +106,8 @@ class State(Message):
     stop_pressed: bool = False
     stops: tuple[TimeNs, ...] = ()  # unplanned SAFE_STOPs of the last ten minutes
     override_since_ns: TimeNs = 0  # 0: nobody touches the controls in the car
+    seat_left_ns: TimeNs = 0  # since when the driver's seat has been empty; 0: it is not
+    question_number: Count = 0  # of the last hand-over question of this lease: an old one is not asked again
     causes: tuple[Cause, ...] = ()
 
 

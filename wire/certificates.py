@@ -40,10 +40,15 @@ def missing(folder: Path) -> tuple[str, ...]:
 
 
 def earliest_end(folder: Path) -> datetime:
-    """When the first of the certificates expires."""
-    return min(
-        x509.load_pem_x509_certificate((folder / f"{name}.pem").read_bytes()).not_valid_after_utc for name in (AUTHORITY, *Role)
-    )
+    """When the first of the certificates expires. Raises CertificateError for a damaged file."""
+    return min(_load(folder / f"{name}.pem").not_valid_after_utc for name in (AUTHORITY, *Role))
+
+
+def _load(file: Path) -> x509.Certificate:
+    try:
+        return x509.load_pem_x509_certificate(file.read_bytes())
+    except ValueError:
+        raise CertificateError(f"{file}: damaged; make new ones with: tower certificates --renew") from None
 
 
 def ensure(folder: Path) -> bool:

@@ -4,6 +4,7 @@ An unknown key or section is an error that names the file, the key and what is a
 rooms it may import; of the others it only checks that the name is a room.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -54,7 +55,7 @@ def _convert(path: Path, where: str, data: object, type_: type[T]) -> T:
 
 def _keys_at(type_: Any, location: str) -> tuple[str, ...]:
     """The keys a struct allows at `$.a.b`: follow the path through the field types."""
-    for part in location.removeprefix("$").replace("[...]", "").split("."):
+    for part in re.sub(r"\[[^]]*\]", "", location.removeprefix("$")).split("."):
         if not part:
             continue
         types = {field.name: field.type for field in msgspec.structs.fields(type_)}

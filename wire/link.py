@@ -8,7 +8,7 @@ import json
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -111,9 +111,14 @@ def open_link(settings: LinkSettings, role: Role, clock: Clock, stop: threading.
 
 def _close(session: zenoh.Session) -> None:
     """Say goodbye, but not for long: with the hub gone a client's farewell is waited for in vain for nine seconds (measured)."""
-    farewell = threading.Thread(target=session.close, daemon=True)
+    farewell = threading.Thread(target=_say_goodbye, args=(session,), daemon=True)
     farewell.start()
     farewell.join(_CLOSE_PATIENCE_S)
+
+
+def _say_goodbye(session: zenoh.Session) -> None:
+    with suppress(zenoh.ZError):  # nobody answered: they will notice by their own leases
+        session.close()  # type: ignore[no-untyped-call]
 
 
 def _open_hub(configuration: zenoh.Config, settings: LinkSettings, role: Role) -> zenoh.Session:

@@ -86,10 +86,8 @@ class Pace:
             now_ns = self._clock.now_ns()
             self.lateness.add(deadline_ns, now_ns)
             yield now_ns
-            deadline_ns += self._period_ns
-            behind_ns = self._clock.now_ns() - deadline_ns
-            if behind_ns > self._period_ns:
-                deadline_ns += behind_ns // self._period_ns * self._period_ns
+            missed = max(now_ns - deadline_ns, 0) // self._period_ns  # their ticks are skipped, not made up in a burst
+            deadline_ns += (missed + 1) * self._period_ns
 
     def health(self, process: str, loop: str, dropped: Mapping[str, int] | None = None) -> LoopHealth:
         """Lateness of the last second and counts since the start, for the topic car_health or tower_health."""

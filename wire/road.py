@@ -47,7 +47,8 @@ class _Piece:
         ahead, left = dx * c + dy * s, -dx * s + dy * c
         k = self.curvature_1_m
         along = ahead if abs(k) < 1e-9 else atan2(k * ahead, 1.0 - k * left) / k
-        along = min(max(along, 0.0), self.length_m)
+        if not 0.0 <= along <= self.length_m:  # beyond the piece: the nearer of its ends
+            along = min((0.0, self.length_m), key=lambda end: hypot(x_m - self.at(end)[0], y_m - self.at(end)[1]))
         px, py, heading = self.at(along)
         return along, -(x_m - px) * sin(heading) + (y_m - py) * cos(heading)
 

@@ -24,4 +24,5 @@ def sign(message: Signed, key: bytes) -> Signed:
 
 def is_genuine(message: DriveCommand | HandOverRequest, key: bytes) -> bool:
     """Whether `message` was signed with `key` and not changed since. Constant time in the comparison."""
-    return hmac.compare_digest(message.hmac, _digest(msgspec.structs.replace(message, hmac=""), key))
+    expected = _digest(msgspec.structs.replace(message, hmac=""), key)
+    return hmac.compare_digest(message.hmac.encode(), expected.encode())
