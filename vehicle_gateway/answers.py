@@ -33,11 +33,13 @@ def answer_hand_overs(
     events: list[Event] = []
     replies = []
     for request in requests:
+        asked_by_holder = request.lease_epoch == state.lease.epoch
         rule = "a hand-over is being decided" if events else _refuse(state, request, now_ns, vehicle, limits)
+        if asked_by_holder:
+            state = replace(state, question_number=max(state.question_number, request.number))
         if not rule:
             state, event = _grant(state, request, now_ns)
             events += event
-        state = replace(state, question_number=max(state.question_number, request.number))
         replies.append(
             HandOverReply(
                 number=request.number,

@@ -155,9 +155,9 @@ def beside_the_line(grey: np.ndarray, at: tuple[float, float], along: tuple[floa
     length = float(np.hypot(*along))
     steps = np.arange(-half_px, half_px + 0.01, 0.2)
     profile = sampled(grey, at[0] - along[1] / length * steps, at[1] + along[0] / length * steps)
-    asphalt = float(np.median(profile))  # the line is a third of the way walked: not moved by a drain or a shadow beside it
-    bright = np.clip(profile - (asphalt + profile.max()) / 2, 0, None)
-    return float((bright * steps).sum() / bright.sum())
+    asphalt = float(np.median(profile))  # the line is a third of the way walked
+    painted = np.flatnonzero(profile > asphalt + 0.35 * (profile.max() - asphalt))  # also where the paint is worn
+    return float(steps[painted[0]] + steps[painted[-1]]) / 2
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=NAMES)
