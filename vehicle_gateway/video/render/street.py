@@ -1,0 +1,108 @@
+"""Traffic cones and street lamps: a few flat polygons each, transformed all together, drawn one by one.
+
+Cones after DIN EN 13422: orange, two white reflective bands, on a plate. Shadows are on the ground already (render.shadows).
+"""
+
+from math import cos, sin
+
+import cv2
+import numpy as np
+
+from vehicle_gateway.simulation.site import StaticObject, object_corners
+from vehicle_gateway.video.render.brush import SHIFT, Colour, fixed, shaded
+from vehicle_gateway.video.render.cutouts import STEEL
+from vehicle_gateway.video.render.projection import NEAR_M, Corners, Floats, Numbers, Picture, View
+from vehicle_gateway.video.render.scenery import LAMP_HEIGHT_M, Lamp
+
+ORANGE: Colour = (20.0, 92.0, 245.0)
+BAND: Colour = (236.0, 240.0, 240.0)
+PLATE: Colour = (30.0, 62.0, 176.0)
+# slices of a cone from below: height as share of the whole, colour of what is between it and the next
+_SLICES = ((0.05, ORANGE), (0.34, BAND), (0.52, ORANGE), (0.62, BAND), (0.78, ORANGE), (1.0, ORANGE))
+_FOOT_SHARE, _TIP_SHARE = 0.75, 0.10  # radius of the body at foot and tip, of half the plate
+_PLATE_SHARE = 0.04  # height of the plate, of the whole
+_ARC = np.linspace(0.0, np.pi, 9)  # the front half of a slice, from left to right
+_STRIPS = ((0, 2, 1.0), (2, 4, 1.10), (4, 6, 0.94), (6, 8, 0.74))  # first and last point on the arc, light
+DETAIL_PX = 9.0  # a cone narrower than this is drawn in one colour across
+
+
+def _fill(canvas: Picture, corners: Corners, colour: Colour) -> None:
+    cv2.fillConvexPoly(canvas, corners, colour, cv2.LINE_AA, SHIFT)
+
+
+class Cones:
+    def __init__(self, cones: list[StaticObject]) -> None:
+        self.feet_m = np.array([(cone.x_m, cone.y_m, 0.0) for cone in cones]).reshape(-1, 3)
+        share = np.array([height for height, _ in _SLICES])
+        size = np.array([(cone.length_m, cone.height_m) for cone in cones]).reshape(-1, 2)
+        self._radii = size[:, :1] / 2 * (_FOOT_SHARE + (_TIP_SHARE - _FOOT_SHARE) * share)
+        self._heights = size[:, 1:] * share
+        flat = np.array([object_corners(cone) for cone in cones]).reshape(-1, 4, 2)
+        lift = np.broadcast_to((size[:, 1] * _PLATE_SHARE)[:, None, None], (len(cones), 4, 1))
+        self._plates = np.stack((np.concatenate((flat, 0 * lift), axis=2), np.concatenate((flat, lift), axis=2)), axis=1)
+        self._rings_px: Corners = np.zeros((0, 0, 0, 2), np.int32)
+        self._plates_px: Corners = np.zeros((0, 0, 0, 2), np.int32)
+
+    def look(self, view: View, numbers: Numbers) -> None:
+        """Transform those named. Call before `draw`."""
+        feet = self.feet_m[numbers]
+        towards = (view.position_m - feet) * (1.0, 1.0, 0.0)
+        towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-6)
+        right = np.stack((-towards[:, 1], towards[:, 0], towards[:, 2]), axis=1)
+        arc = -np.cos(_ARC)[:, None] * right[:, None] + np.sin(_ARC)[:, None] * towards[:, None]  # (N, arc, 3)
+        rings = feet[:, None, None] + self._radii[numbers][:, :, None, None] * arc[:, None]
+        rings[..., 2] += self._heights[numbers][:, :, None]
+        self._rings_px = np.zeros((len(self.feet_m), *rings.shape[1:3], 2), np.int32)
+        self._plates_px = np.zeros((len(self.feet_m), 2, 4, 2), np.int32)
+        self._rings_px[numbers] = _pixels(view, rings)
+        self._plates_px[numbers] = _pixels(view, self._plates[numbers])
+
+    def draw(self, canvas: Picture, number: int) -> None:
+        rings, plates = self._rings_px[number], self._plates_px[number]
+        _fill(canvas, plates[0], shaded(PLATE, 0.65))
+        _fill(canvas, plates[1], PLATE)
+        width = abs(int(rings[0, -1, 0]) - int(rings[0, 0, 0])) >> SHIFT
+        for low, high, (_, colour) in zip(rings[:-1], rings[1:], _SLICES, strict=False):
+            for a, b, light in _STRIPS if width > DETAIL_PX else ((0, 8, 1.0),):
+                _fill(canvas, np.concatenate((low[a:b + 1], high[b:a - 1 if a else None:-1])), shaded(colour, light))
+
+
+def _pixels(view: View, points_m: Floats) -> Corners:
+    """(..., 3) map frame to OpenCV's corners; a point behind the near plane is drawn onto it."""
+    camera = view.to_camera(points_m)
+    camera[..., 2] = np.maximum(camera[..., 2], NEAR_M)
+    return fixed(view.to_pixels(camera))
+
+
+ARM_M, ARM_RISE_M = 1.5, 0.25
+
+
+class Lamps:
+    """Each: post, its lit side, base, arm, head."""
+
+    def __init__(self, lamps: tuple[Lamp, ...]) -> None:
+        self.feet_m = np.array([(lamp.x_m, lamp.y_m, 0.0) for lamp in lamps]).reshape(-1, 3)
+        self._arms = np.array([(cos(lamp.towards_road_rad), sin(lamp.towards_road_rad), 0.0) for lamp in lamps]).reshape(-1, 3)
+        self._px: Corners = np.zeros((0, 5, 4, 2), np.int32)
+
+    def look(self, view: View, numbers: Numbers) -> None:
+        """Transform those named. Call before `draw`."""
+        feet, arms = self.feet_m[numbers], self._arms[numbers]
+        right = np.broadcast_to(view.axes[0] * (1.0, 1.0, 0.0), feet.shape)
+        up = np.array([0.0, 0.0, 1.0])
+        top, end = feet + LAMP_HEIGHT_M * up, feet + ARM_M * arms + (LAMP_HEIGHT_M + ARM_RISE_M) * up
+        shapes = [_strip(feet, top, right, 0.075, 0.045), _strip(feet, top, right, 0.030, 0.018),
+                  _strip(feet, feet + 0.7 * up, right, 0.11, 0.10), _strip(top, end, np.broadcast_to(up, feet.shape), 0.035, 0.03),
+                  np.stack((end - 0.1 * arms + 0.05 * up, end + 0.6 * arms + 0.09 * up, end + 0.6 * arms - 0.01 * up,
+                            end - 0.1 * arms - 0.05 * up), axis=1)]
+        self._px = np.zeros((len(self.feet_m), 5, 4, 2), np.int32)
+        self._px[numbers] = _pixels(view, np.stack(shapes, axis=1))
+
+    def draw(self, canvas: Picture, number: int) -> None:
+        for shape, light in zip(self._px[number], (0.62, 0.95, 0.52, 0.6, 0.8), strict=True):
+            _fill(canvas, shape, shaded(STEEL, light))
+
+
+def _strip(low_m: Floats, high_m: Floats, across: Floats, low_half_m: float, high_half_m: float) -> Floats:
+    return np.stack((low_m - across * low_half_m, low_m + across * low_half_m, high_m + across * high_half_m,
+                     high_m - across * high_half_m), axis=1)
