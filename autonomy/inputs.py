@@ -33,8 +33,12 @@ def drives(gateway: GatewayStatus | None, drove: bool) -> bool:
 
 def stale_input(inputs: Inputs, now_ns: int, ages: InputAges) -> str:
     """The first input that is missing or too old, in words; "" when all are fresh."""
-    rows = ((inputs.imu, "IMU", ages.imu_ms), (inputs.gnss, "satellite position", ages.gnss_ms),
-            (inputs.wheels, "wheel speed", ages.wheels_ms), (inputs.objects, "object list", ages.objects_ms))
+    rows = (
+        (inputs.imu, "IMU", ages.imu_ms),
+        (inputs.gnss, "satellite position", ages.gnss_ms),
+        (inputs.wheels, "wheel speed", ages.wheels_ms),
+        (inputs.objects, "object list", ages.objects_ms),
+    )
     for message, name, limit_ms in rows:
         if message is None:
             return f"no {name} yet"

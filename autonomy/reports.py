@@ -32,8 +32,7 @@ def unhealthy(state: StackState, inputs: Inputs, setup: Setup) -> str:
 
 def goal_reached(place: Place, setup: Setup) -> bool:
     """Whether the car stands at the goal."""
-    return (place.at.station_m > setup.road.map.goal_station_m - GOAL_NEAR_M
-            and abs(place.pose.speed_m_s) < STANDS_M_S)
+    return place.at.station_m > setup.road.map.goal_station_m - GOAL_NEAR_M and abs(place.pose.speed_m_s) < STANDS_M_S
 
 
 def status_of(state: StackState, inputs: Inputs, setup: Setup) -> AutonomyStatus:
@@ -48,9 +47,19 @@ def status_of(state: StackState, inputs: Inputs, setup: Setup) -> AutonomyStatus
             drivable = state.plan.drivable_s
     monitor = state.monitor
     return AutonomyStatus(
-        stamp_ns=state.now_ns, sequence=state.sequence, healthy=not note, health_note=note, doubt=monitor.doubt,
-        evidence=monitor.evidence, request=monitor.request, clear_s=clear_s(monitor, state.now_ns), drivable_s=drivable,
-        state_matched=not match, match_note=match, goal_reached=reached)
+        stamp_ns=state.now_ns,
+        sequence=state.sequence,
+        healthy=not note,
+        health_note=note,
+        doubt=monitor.doubt,
+        evidence=monitor.evidence,
+        request=monitor.request,
+        clear_s=clear_s(monitor, state.now_ns),
+        drivable_s=drivable,
+        state_matched=not match,
+        match_note=match,
+        goal_reached=reached,
+    )
 
 
 def scene_of(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> Scene:
@@ -58,17 +67,38 @@ def scene_of(state: StackState, estimate: Estimate, place: Place, inputs: Inputs
     pose, at = place.pose, place.at
     angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
     standing = [Circle(track.x_m, track.y_m, track.radius_m) for track in state.tracks.confirmed if track.static]
-    corridor = () if unhealthy(state, inputs, setup) else stopping_corridor(
-        pose, angle, setup.road, setup.shape, standing, at.station_m)
+    corridor = (
+        () if unhealthy(state, inputs, setup) else stopping_corridor(pose, angle, setup.road, setup.shape, standing, at.station_m)
+    )
     return Scene(
-        stamp_ns=state.now_ns, x_m=pose.x_m, y_m=pose.y_m, heading_rad=pose.heading_rad, speed_m_s=pose.speed_m_s,
-        yaw_rate_rad_s=pose.yaw_rate_rad_s, deviation_m=estimate.deviation_m, station_m=max(at.station_m, 0.0),
-        offset_m=at.offset_m, objects=_objects(state), plan=state.plan.points if state.plan else (),
-        stopping_corridor=corridor)
+        stamp_ns=state.now_ns,
+        x_m=pose.x_m,
+        y_m=pose.y_m,
+        heading_rad=pose.heading_rad,
+        speed_m_s=pose.speed_m_s,
+        yaw_rate_rad_s=pose.yaw_rate_rad_s,
+        deviation_m=estimate.deviation_m,
+        station_m=max(at.station_m, 0.0),
+        offset_m=at.offset_m,
+        objects=_objects(state),
+        plan=state.plan.points if state.plan else (),
+        stopping_corridor=corridor,
+    )
 
 
 def _objects(state: StackState) -> tuple[TrackedObject, ...]:
-    return tuple(TrackedObject(
-        number=track.number, kind=track.kind, x_m=track.x_m, y_m=track.y_m, velocity_x_m_s=track.velocity_x_m_s,
-        velocity_y_m_s=track.velocity_y_m_s, radius_m=track.radius_m, deviation_m=track.deviation_m,
-        static=track.static, age_s=track.age_s) for track in state.tracks.confirmed)
+    return tuple(
+        TrackedObject(
+            number=track.number,
+            kind=track.kind,
+            x_m=track.x_m,
+            y_m=track.y_m,
+            velocity_x_m_s=track.velocity_x_m_s,
+            velocity_y_m_s=track.velocity_y_m_s,
+            radius_m=track.radius_m,
+            deviation_m=track.deviation_m,
+            static=track.static,
+            age_s=track.age_s,
+        )
+        for track in state.tracks.confirmed
+    )

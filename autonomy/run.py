@@ -33,7 +33,8 @@ class Newest:
 
     def inputs(self) -> Inputs:
         imu, gnss, wheels, objects, gateway = (
-            None if (received := slot.get()) is None else received.message for slot in self._slots)
+            None if (received := slot.get()) is None else received.message for slot in self._slots
+        )
         return Inputs(imu=imu, gnss=gnss, wheels=wheels, objects=objects, gateway=gateway)
 
 

@@ -39,8 +39,9 @@ def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[
     """One cycle. now_ns: the one reading of the clock."""
     dt_s = min((now_ns - state.now_ns) * 1e-9, DT_MAX_S) if state.now_ns else 0.0
     estimate = _localized(state, inputs, setup)
-    state = replace(state, now_ns=now_ns, sequence=state.sequence + 1, estimate=estimate,
-                    driving=drives(inputs.gateway, state.driving))
+    state = replace(
+        state, now_ns=now_ns, sequence=state.sequence + 1, estimate=estimate, driving=drives(inputs.gateway, state.driving)
+    )
     command = scene = None
     if estimate is not None:
         place = _place(estimate, state, setup)
@@ -60,9 +61,10 @@ def _localized(state: StackState, inputs: Inputs, setup: Setup) -> Estimate | No
     """Every new measurement, oldest first; the first GNSS starts the filter."""
     settings, estimate, used = setup.settings.localization, state.estimate, state.used
     rows = ((inputs.imu, used.imu), (inputs.wheels, used.wheels), (inputs.gnss, used.gnss))
-    new = sorted((message for message, old in rows
-                  if message is not None and (old is None or message.stamp_ns > old.stamp_ns)),
-                 key=lambda message: message.stamp_ns)
+    new = sorted(
+        (message for message, old in rows if message is not None and (old is None or message.stamp_ns > old.stamp_ns)),
+        key=lambda message: message.stamp_ns,
+    )
     if estimate is None:
         return start(inputs.gnss, settings) if inputs.gnss is not None and inputs.gnss in new else None
     for message in new:
@@ -92,8 +94,14 @@ def _perceived(state: StackState, estimate: Estimate, inputs: Inputs, setup: Set
 
 def _planned(state: StackState, place: Place, setup: Setup) -> StackState:
     situation = Situation(
-        now_ns=state.now_ns, road=setup.road, shape=setup.shape, station_m=place.at.station_m,
-        speed_m_s=place.pose.speed_m_s, tracks=state.tracks.confirmed, slowing=state.slowing if state.driving else None)
+        now_ns=state.now_ns,
+        road=setup.road,
+        shape=setup.shape,
+        station_m=place.at.station_m,
+        speed_m_s=place.pose.speed_m_s,
+        tracks=state.tracks.confirmed,
+        slowing=state.slowing if state.driving else None,
+    )
     made = plan(situation, state.plan, setup.settings.planning)
     waits = made.blocked is not None and made.blocked.kind == "person" and abs(place.pose.speed_m_s) < STANDS_M_S
     since = (state.waiting_since_ns or state.now_ns) if waits and state.driving else None
@@ -107,8 +115,9 @@ def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs,
         return state
     slowing = _slowing(state.plan, place, setup)
     trouble = Trouble(budget_s=slowing.budget_s, place=_trouble_place(state.plan, place))
-    monitor = judge(state.monitor, _levels(state, state.plan, estimate, inputs, setup), trouble, state.now_ns,
-                    setup.settings.monitor)
+    monitor = judge(
+        state.monitor, _levels(state, state.plan, estimate, inputs, setup), trouble, state.now_ns, setup.settings.monitor
+    )
     return replace(state, monitor=monitor, slowing=_slowing_point(state, monitor, slowing, place))
 
 
@@ -118,10 +127,12 @@ def _levels(state: StackState, made: Plan, estimate: Estimate, inputs: Inputs, s
     relevant = budget.relevant_distance_m(limit, settings.planning.static_gap_m, settings.budget)
     waited = 0.0 if state.waiting_since_ns is None else (state.now_ns - state.waiting_since_ns) * 1e-9
     age = (state.now_ns - inputs.objects.stamp_ns) * 1e-9 if inputs.objects else 0.0
-    return (planner_level(made, shape, relevant, waited, settings.channels),
-            map_level(made, own_lane(setup.road), shape, relevant, settings.channels),
-            localization_level(estimate, settings.channels),
-            perception_level(state.tracks, age, settings.channels))
+    return (
+        planner_level(made, shape, relevant, waited, settings.channels),
+        map_level(made, own_lane(setup.road), shape, relevant, settings.channels),
+        localization_level(estimate, settings.channels),
+        perception_level(state.tracks, age, settings.channels),
+    )
 
 
 def _slowing(made: Plan, place: Place, setup: Setup) -> budget.Slowing:
@@ -149,19 +160,22 @@ def _slowing_point(state: StackState, monitor: MonitorState, slowing: budget.Slo
     return StopPoint(place.at.station_m + slowing.distance_m, slowing.deceleration_m_s2, "takeover")
 
 
-def _controlled(state: StackState, made: Plan, place: Place, inputs: Inputs, dt_s: float, setup: Setup
-                ) -> tuple[StackState, AutonomyCommand]:
+def _controlled(
+    state: StackState, made: Plan, place: Place, inputs: Inputs, dt_s: float, setup: Setup
+) -> tuple[StackState, AutonomyCommand]:
     settings, speed = setup.settings, place.pose.speed_m_s
     station = place.at.station_m + preview_m(state.speed, speed, settings.speed)
     bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, made.stops, made.caps)
     memory = wanted_acceleration(state.speed, speed, bound, state.driving, dt_s, settings.speed)
-    wanted = wanted_angle_rad(place.at, place.pose.heading_rad, speed, setup.road, own_lane(setup.road), made.shift,
-                              setup.shape, settings.steering)
+    wanted = wanted_angle_rad(
+        place.at, place.pose.heading_rad, speed, setup.road, own_lane(setup.road), made.shift, setup.shape, settings.steering
+    )
     measured = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
     previous = state.angle_rad if state.driving else measured
     angle = toward(previous, wanted, settings.steering.rate_max_rad_s * dt_s)
-    command = AutonomyCommand(stamp_ns=state.now_ns, sequence=state.sequence, road_wheel_angle_rad=angle,
-                              acceleration_m_s2=memory.acceleration_m_s2)
+    command = AutonomyCommand(
+        stamp_ns=state.now_ns, sequence=state.sequence, road_wheel_angle_rad=angle, acceleration_m_s2=memory.acceleration_m_s2
+    )
     return replace(state, angle_rad=angle, speed=memory), command
 
 
@@ -178,5 +192,9 @@ def _reported(state: StackState, inputs: Inputs, setup: Setup) -> tuple[StackSta
 
 def _changed(state: StackState, last: AutonomyStatus, stale: bool, setup: Setup) -> bool:
     """Health, doubt, request or goal differ from what was said last (the fields that cost little to compare)."""
-    return ((last.healthy and stale) or last.doubt is not state.monitor.doubt or last.request != state.monitor.request
-            or (state.place is not None and last.goal_reached != goal_reached(state.place, setup)))
+    return (
+        (last.healthy and stale)
+        or last.doubt is not state.monitor.doubt
+        or last.request != state.monitor.request
+        or (state.place is not None and last.goal_reached != goal_reached(state.place, setup))
+    )

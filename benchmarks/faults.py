@@ -22,8 +22,10 @@ ACTUATION_S = 0.15  # one cycle of gateway and ECU each, the bus, twice the brak
 TRACTION_M_S2 = 2.0  # the most the car may still accelerate until the fault is noticed
 PATIENCE_S = 75.0  # until the drive has come to where the fault is due
 GOES_ON_S = 3.0  # how long a drive that must go on is watched
-FORMULA = ("bound = v' t + v' t_j - j t_j^3 / 6 + v_j^2 / (2 b)   with t = notice + actuation, v' = v + 2.0 m/s2 * t, "
-           "t_j = b / j, v_j = v' - b t_j / 2")
+FORMULA = (
+    "bound = v' t + v' t_j - j t_j^3 / 6 + v_j^2 / (2 b)   with t = notice + actuation, v' = v + 2.0 m/s2 * t, "
+    "t_j = b / j, v_j = v' - b t_j / 2"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +72,12 @@ class Case:
         return f"{self.mode}-{self.victim}-{self.how.name.lower()}"
 
 
-CASES = tuple(Case(mode, victim, how) for mode in (Mode.AUTONOMOUS, Mode.REMOTE) for victim in VICTIMS
-              for how in (signal.SIGKILL, signal.SIGSTOP))
+CASES = tuple(
+    Case(mode, victim, how)
+    for mode in (Mode.AUTONOMOUS, Mode.REMOTE)
+    for victim in VICTIMS
+    for how in (signal.SIGKILL, signal.SIGSTOP)
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +116,9 @@ def _stands(drive: Drive, case: Case, stops: Braking) -> Outcome:
 
 def _goes_on(drive: Drive, case: Case, speed_m_s: float) -> Outcome:
     until = monotonic() + GOES_ON_S
-    drive.wait_until("the drive goes on", lambda: monotonic() > until or drive.mode in (Mode.SAFE_STOP, Mode.STOPPED), GOES_ON_S + 5.0)
+    drive.wait_until(
+        "the drive goes on", lambda: monotonic() > until or drive.mode in (Mode.SAFE_STOP, Mode.STOPPED), GOES_ON_S + 5.0
+    )
     stopped = drive.mode in (Mode.SAFE_STOP, Mode.STOPPED)
     collisions = drive.referee()[-1].collisions
     return Outcome(case, speed_m_s, None, None, not stopped and collisions == 0, "stopped" if stopped else "the drive went on")

@@ -81,8 +81,9 @@ class Load:
     clock: Clock
     stop: threading.Event = field(default_factory=threading.Event)
     sent_ns: list[int] = field(default_factory=list)
-    payloads: dict[str, bytes] = field(default_factory=lambda: {
-        name: encode_example(name) for name, topic in TOPICS.items() if topic.recorded and topic.type})
+    payloads: dict[str, bytes] = field(
+        default_factory=lambda: {name: encode_example(name) for name, topic in TOPICS.items() if topic.recorded and topic.type}
+    )
 
     def run(self) -> None:
         due = dict.fromkeys((*self.payloads, "video"), 0.0)
@@ -108,8 +109,15 @@ def encode_example(name: str) -> bytes:
 
 def picture(now_ns: int, sequence: int) -> bytes:
     """Bytes that do not compress, as those of an encoder."""
-    return pack_picture(EncodedPicture(camera="front", capture_ns=now_ns, sequence=sequence, is_idr=False,
-                                       annex_b=b"\x00\x00\x00\x01\x41" + os.urandom(_PICTURE_BYTES)))
+    return pack_picture(
+        EncodedPicture(
+            camera="front",
+            capture_ns=now_ns,
+            sequence=sequence,
+            is_idr=False,
+            annex_b=b"\x00\x00\x00\x01\x41" + os.urandom(_PICTURE_BYTES),
+        )
+    )
 
 
 @contextmanager
@@ -117,8 +125,11 @@ def recorder(config: Path, folder: Path, link: Link) -> Iterator[subprocess.Pope
     """`recordings record`, once it says that it records; killed at the end if it still runs."""
     heard = threading.Event()
     link.on("car_health", lambda message, _: heard.set() if message.process == "recordings record" else None)
-    process = subprocess.Popen([sys.executable, "-m", "recordings.program", "record", "--config", str(config)],
-                               cwd=folder, env={**os.environ, "PYTHONPATH": str(Path.cwd())})
+    process = subprocess.Popen(
+        [sys.executable, "-m", "recordings.program", "record", "--config", str(config)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+    )
     try:
         if not heard.wait(20):
             raise RuntimeError("the recorder did not start within 20 s")
@@ -164,8 +175,13 @@ def kill_figures(config: Path, folder: Path, link: Link, clock: Clock, after_s: 
         process.send_signal(signal.SIGKILL)
         killed_ns = clock.now_ns()
         process.wait()
-    subprocess.run([sys.executable, "-m", "recordings.program", "recover", "drive.mcap"], cwd=folder, check=True,
-                   env={**os.environ, "PYTHONPATH": str(Path.cwd())}, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-m", "recordings.program", "recover", "drive.mcap"],
+        cwd=folder,
+        check=True,
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        stdout=subprocess.DEVNULL,
+    )
     with open_recording(folder / "drive.recovered.mcap") as recording:
         span = recording.span_ns
         newest_ns = (span[1] if span else 0) - int(recording.metadata["clock"]["utc_minus_vehicle_ns"])
@@ -180,13 +196,14 @@ def main(seconds: Annotated[float, typer.Option()] = 20.0, kills: Annotated[int,
         folder = Path(name)
         certificates.make(folder / "certificates")
         config = folder / "benchmark.toml"
-        config.write_text(f'[wire.link]\ncertificates = "{folder / "certificates"}"\ncar_hub = "127.0.0.1:7498"\n'
-                          f'[wire.session]\nfolder = "{folder}"\n')
+        config.write_text(
+            f'[wire.link]\ncertificates = "{folder / "certificates"}"\ncar_hub = "127.0.0.1:7498"\n'
+            f'[wire.session]\nfolder = "{folder}"\n'
+        )
         settings = LinkSettings(certificates=str(folder / "certificates"), car_hub="127.0.0.1:7498", dials="tower")
         with open_link(settings, Role.VEHICLE_HUB, clock, threading.Event(), hub=True) as link:
             figures: dict[str, Any] = {"load": load_figures(config, folder, link, clock, seconds)}
-            figures["killed"] = [kill_figures(config, folder, link, clock, 1.0 + 0.037 * number)
-                                 for number in range(kills)]
+            figures["killed"] = [kill_figures(config, folder, link, clock, 1.0 + 0.037 * number) for number in range(kills)]
     print(json.dumps(figures, indent=2))
 
 

@@ -55,8 +55,10 @@ class Drive:
         while not condition():
             if self.process.poll() is not None or time.monotonic() > until:
                 ended = self.process.poll() is not None
-                raise RigError(f"{'the demo ended' if ended else f'{patience_s:g} s passed'} before: {what}; mode {self.mode}, "
-                               f"logs in {self.folder}\n{(self.folder.parent / 'demo.log').read_text(errors='replace')[-2000:]}")
+                raise RigError(
+                    f"{'the demo ended' if ended else f'{patience_s:g} s passed'} before: {what}; mode {self.mode}, "
+                    f"logs in {self.folder}\n{(self.folder.parent / 'demo.log').read_text(errors='replace')[-2000:]}"
+                )
             time.sleep(LOOK_S)
 
     def end(self) -> int:
@@ -80,8 +82,13 @@ def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None 
     program = Path(sys.executable).parent / "tower"
     variables = os.environ | {"SDL_VIDEODRIVER": "dummy"} if environment is None else environment
     with log.open("wb") as stream:
-        process = subprocess.Popen([str(program), "demo", "--sessions", str(sessions), *arguments], stdout=stream, stderr=stream,
-                                   stdin=subprocess.DEVNULL, env=variables)
+        process = subprocess.Popen(
+            [str(program), "demo", "--sessions", str(sessions), *arguments],
+            stdout=stream,
+            stderr=stream,
+            stdin=subprocess.DEVNULL,
+            env=variables,
+        )
     try:
         folder = _folder(sessions, process, log)
         wire: WireSettings = read_sections(folder / "session.toml", {"wire": WireSettings})["wire"]

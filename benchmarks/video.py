@@ -38,8 +38,19 @@ WIDTH_PX, HEIGHT_PX, RATE_HZ = 1280, 720, 30
 WARM_UP_S = 3.0
 _BLOCK_PX, _BITS = 16, 48  # the stamp of the peer's pictures: microseconds modulo 2**48
 _VIDEO_CLOCK = Fraction(1, 90_000)
-CAMERA = CameraCalibration(name="front", required=True, width_px=WIDTH_PX, height_px=HEIGHT_PX, frame_rate_hz=RATE_HZ,
-                           focal_length_px=760.0, x_m=1.7, y_m=0.0, z_m=1.35, yaw_rad=0.0, pitch_rad=0.06)
+CAMERA = CameraCalibration(
+    name="front",
+    required=True,
+    width_px=WIDTH_PX,
+    height_px=HEIGHT_PX,
+    frame_rate_hz=RATE_HZ,
+    focal_length_px=760.0,
+    x_m=1.7,
+    y_m=0.0,
+    z_m=1.35,
+    yaw_rad=0.0,
+    pitch_rad=0.06,
+)
 Receive = Callable[[Connection, float], tuple[list[float], float, float, float]]  # ms, seconds, CPU here, CPU there
 
 
@@ -57,8 +68,10 @@ class VideoFigures:
 
 def compare(duration_s: float = 15.0) -> tuple[VideoFigures, VideoFigures]:
     """(ours, stock aiortc VP8), measured one after the other."""
-    return (_measure("ours", _send_ours, _receive_ours, duration_s),
-            _measure("stock aiortc VP8", _send_stock, _receive_stock, duration_s))
+    return (
+        _measure("ours", _send_ours, _receive_ours, duration_s),
+        _measure("stock aiortc VP8", _send_stock, _receive_stock, duration_s),
+    )
 
 
 def _measure(chain: str, send: Callable[[Connection], None], receive: Receive, duration_s: float) -> VideoFigures:
@@ -73,9 +86,16 @@ def _measure(chain: str, send: Callable[[Connection], None], receive: Receive, d
     receiver.join()
     sender.join()
     p50, p95, p99 = (round(float(value), 1) for value in np.percentile(latencies_ms, (50, 95, 99)))
-    return VideoFigures(chain=chain, pictures=len(latencies_ms), rate_hz=round(len(latencies_ms) / spent_s, 1),
-                        p50_ms=p50, p95_ms=p95, p99_ms=p99, sender_cpu_percent=round(100 * sender_cpu, 1),
-                        receiver_cpu_percent=round(100 * receiver_cpu, 1))
+    return VideoFigures(
+        chain=chain,
+        pictures=len(latencies_ms),
+        rate_hz=round(len(latencies_ms) / spent_s, 1),
+        p50_ms=p50,
+        p95_ms=p95,
+        p99_ms=p99,
+        sender_cpu_percent=round(100 * sender_cpu, 1),
+        receiver_cpu_percent=round(100 * receiver_cpu, 1),
+    )
 
 
 def _receive_and_tell(receive: Receive, pipe: Connection, duration_s: float, out: Connection) -> None:
@@ -106,7 +126,7 @@ class _Scene:
     def take(self) -> tuple[av.VideoFrame, int]:
         self._number += 1
         left = 6 * self._number % WIDTH_PX
-        return from_bgr(np.ascontiguousarray(self._plane[:, left:left + WIDTH_PX])), self._clock.now_ns()
+        return from_bgr(np.ascontiguousarray(self._plane[:, left : left + WIDTH_PX])), self._clock.now_ns()
 
     def wait_and_take(self) -> tuple[av.VideoFrame, int]:
         self._pause.wait(self.due_in_s())
@@ -265,12 +285,12 @@ async def _stock_receiver() -> RTCPeerConnection:
 def write_blocks(luma: NDArray[np.uint8], value: int) -> None:
     """The low 48 bits of `value` as white and black blocks in the first rows of a luma plane."""
     for bit in range(_BITS):
-        luma[:_BLOCK_PX, bit * _BLOCK_PX:(bit + 1) * _BLOCK_PX] = 235 if value >> bit & 1 else 16
+        luma[:_BLOCK_PX, bit * _BLOCK_PX : (bit + 1) * _BLOCK_PX] = 235 if value >> bit & 1 else 16
 
 
 def read_blocks(luma: NDArray[np.uint8]) -> int:
     """What write_blocks wrote, from the decoded plane."""
-    middles = luma[_BLOCK_PX // 2, _BLOCK_PX // 2:_BITS * _BLOCK_PX:_BLOCK_PX]
+    middles = luma[_BLOCK_PX // 2, _BLOCK_PX // 2 : _BITS * _BLOCK_PX : _BLOCK_PX]
     return sum(1 << bit for bit, level in enumerate(middles) if level > 125)
 
 

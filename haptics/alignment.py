@@ -148,13 +148,16 @@ def _from_release(state: WheelState, seen: WheelInputs, now_ns: int, settings: A
 
 
 _NEXT: dict[Phase, Callable[[WheelState, WheelInputs, int, AlignmentSettings], WheelState]] = {
-    Phase.IDLE: _from_idle, Phase.ALIGN: _from_align, Phase.READY: _from_ready, Phase.ACTIVE: _from_active,
-    Phase.RELEASE: _from_release}
+    Phase.IDLE: _from_idle,
+    Phase.ALIGN: _from_align,
+    Phase.READY: _from_ready,
+    Phase.ACTIVE: _from_active,
+    Phase.RELEASE: _from_release,
+}
 
 
 def _is_aligned(seen: WheelInputs, settings: AlignmentSettings) -> bool:
-    return (is_fresh(seen, settings) and seen.armed
-            and abs(alignment_error_rad(seen)) < settings.ready_error_rad)
+    return is_fresh(seen, settings) and seen.armed and abs(alignment_error_rad(seen)) < settings.ready_error_rad
 
 
 def _walk(state: WheelState, seen: WheelInputs, now_ns: int, dt_s: float, settings: AlignmentSettings) -> WheelState:
@@ -171,13 +174,13 @@ def _walk(state: WheelState, seen: WheelInputs, now_ns: int, dt_s: float, settin
 def wanted_torque(state: WheelState, seen: WheelInputs, now_ns: int, limits: WheelLimits) -> float:
     """The torque the phase asks for, before slew and limit."""
     if state.phase is Phase.ACTIVE:
-        return steering_torque(seen.angle_rad, seen.rate_rad_s, seen.speed_m_s, state.lateral_m_s2, seen.lock_rad,
-                               limits.torque)
+        return steering_torque(seen.angle_rad, seen.rate_rad_s, seen.speed_m_s, state.lateral_m_s2, seen.lock_rad, limits.torque)
     if state.phase in (Phase.ALIGN, Phase.READY) and is_fresh(seen, limits.alignment):
         return _aligning_torque(state, seen, now_ns, limits.alignment)
     # idle, releasing or without telemetry: nothing pulls; the slew limit of RELEASE's 0.3 s is the torque's own
-    return (damping_torque(seen.rate_rad_s, seen.speed_m_s, limits.torque)
-            + end_stop_torque(seen.angle_rad, seen.lock_rad, limits.torque))
+    return damping_torque(seen.rate_rad_s, seen.speed_m_s, limits.torque) + end_stop_torque(
+        seen.angle_rad, seen.lock_rad, limits.torque
+    )
 
 
 def _aligning_torque(state: WheelState, seen: WheelInputs, now_ns: int, settings: AlignmentSettings) -> float:

@@ -33,8 +33,9 @@ class TorqueSettings(Message):
     lateral_time_constant_s: Annotated[float, Meta(gt=0.0, le=5.0)] = 0.5
 
 
-def steering_torque(angle_rad: float, rate_rad_s: float, speed_m_s: float, lateral_m_s2: float, lock_rad: float,
-                    settings: TorqueSettings) -> float:
+def steering_torque(
+    angle_rad: float, rate_rad_s: float, speed_m_s: float, lateral_m_s2: float, lock_rad: float, settings: TorqueSettings
+) -> float:
     """Wanted torque, not yet limited: see `limited`.
 
     angle_rad, rate_rad_s  of the steering wheel, local, left positive
@@ -43,10 +44,12 @@ def steering_torque(angle_rad: float, rate_rad_s: float, speed_m_s: float, later
     """
     share = min(abs(speed_m_s) / settings.spring_full_speed_m_s, 1.0)
     spring = _between(settings.spring_at_rest, settings.spring_at_speed, share)
-    return (-spring * clamp(angle_rad / settings.spring_saturation_rad, 1.0)
-            + damping_torque(rate_rad_s, speed_m_s, settings)
-            + end_stop_torque(angle_rad, lock_rad, settings)
-            - clamp(settings.lateral_gain_s2_m * lateral_m_s2, settings.lateral_max))
+    return (
+        -spring * clamp(angle_rad / settings.spring_saturation_rad, 1.0)
+        + damping_torque(rate_rad_s, speed_m_s, settings)
+        + end_stop_torque(angle_rad, lock_rad, settings)
+        - clamp(settings.lateral_gain_s2_m * lateral_m_s2, settings.lateral_max)
+    )
 
 
 def damping_torque(rate_rad_s: float, speed_m_s: float, settings: TorqueSettings) -> float:

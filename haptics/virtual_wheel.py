@@ -27,8 +27,9 @@ class VirtualWheel:
     rate_rad_s: float = 0.0
 
 
-def turned(wheel: VirtualWheel, torque: float, arms_nm: float, lock_rad: float, dt_s: float,
-           settings: VirtualWheelSettings) -> VirtualWheel:
+def turned(
+    wheel: VirtualWheel, torque: float, arms_nm: float, lock_rad: float, dt_s: float, settings: VirtualWheelSettings
+) -> VirtualWheel:
     """The wheel after dt_s.
 
     torque   of the motor, normalised to [-1, 1]
@@ -37,7 +38,8 @@ def turned(wheel: VirtualWheel, torque: float, arms_nm: float, lock_rad: float, 
     drive_nm = torque * settings.motor_max_nm + arms_nm
     # viscous friction implicitly: stable for every dt; Coulomb friction may stop the wheel but never turn it
     free = (wheel.rate_rad_s + drive_nm * dt_s / settings.inertia_kg_m2) / (
-        1.0 + settings.viscous_nm_s * dt_s / settings.inertia_kg_m2)
+        1.0 + settings.viscous_nm_s * dt_s / settings.inertia_kg_m2
+    )
     drag = settings.coulomb_nm * abs(tanh(free / settings.coulomb_rate_rad_s)) * dt_s / settings.inertia_kg_m2
     rate = max(abs(free) - drag, 0.0) * (1.0 if free >= 0 else -1.0)
     angle = wheel.angle_rad + rate * dt_s

@@ -31,12 +31,12 @@ _FIELDS = (  # name, number, type, name of a message type
 def _descriptors() -> FileDescriptorSet:
     timestamp = FileDescriptorProto()
     timestamp_pb2.DESCRIPTOR.CopyToProto(timestamp)
-    video = FileDescriptorProto(name="foxglove/CompressedVideo.proto", package="foxglove", syntax="proto3",
-                                dependency=[timestamp.name])
+    video = FileDescriptorProto(
+        name="foxglove/CompressedVideo.proto", package="foxglove", syntax="proto3", dependency=[timestamp.name]
+    )
     message = video.message_type.add(name="CompressedVideo")
     for name, number, type_, type_name in _FIELDS:
-        message.field.add(name=name, number=number, type=type_, type_name=type_name,
-                          label=FieldDescriptorProto.LABEL_OPTIONAL)
+        message.field.add(name=name, number=number, type=type_, type_name=type_name, label=FieldDescriptorProto.LABEL_OPTIONAL)
     return FileDescriptorSet(file=[timestamp, video])
 
 
@@ -68,8 +68,13 @@ def decode_video(data: bytes, sequence: int, utc_minus_vehicle_ns: int) -> Encod
     except DecodeError as error:
         raise ValueError(f"not a {SCHEMA_NAME}: {error}") from None
     unix_ns = message.timestamp.seconds * _NANOSECONDS + message.timestamp.nanos
-    return EncodedPicture(camera=message.frame_id, capture_ns=unix_ns - utc_minus_vehicle_ns, sequence=sequence,
-                          is_idr=has_idr(message.data), annex_b=message.data)
+    return EncodedPicture(
+        camera=message.frame_id,
+        capture_ns=unix_ns - utc_minus_vehicle_ns,
+        sequence=sequence,
+        is_idr=has_idr(message.data),
+        annex_b=message.data,
+    )
 
 
 def has_idr(annex_b: bytes) -> bool:

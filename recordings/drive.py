@@ -85,8 +85,17 @@ def _take_status(drive: Drive, log_ns: int, message: GatewayStatus) -> None:
 
 
 def _take_cycle(drive: Drive, log_ns: int, message: GatewayCycle) -> None:
-    drive.cycles.append(CycleRow(log_ns, message.can_sent_ns, message.command_sequence, message.new_command,
-                                 message.loop_age_ms, message.mode, message.rules))
+    drive.cycles.append(
+        CycleRow(
+            log_ns,
+            message.can_sent_ns,
+            message.command_sequence,
+            message.new_command,
+            message.loop_age_ms,
+            message.mode,
+            message.rules,
+        )
+    )
 
 
 def _take_command(drive: Drive, log_ns: int, message: DriveCommand) -> None:

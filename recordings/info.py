@@ -13,12 +13,22 @@ from recordings.summary_modes import Takeover
 def show(summary: Summary, console: Console) -> None:
     """Print the summary; a figure that the recording does not hold is shown as "-"."""
     about = summary.recording
-    console.print(Text(f"{about.path}: {about.messages} messages on {len(about.topics)} channels, "
-                       f"{_number(summary.drive_s, 's')}, {_number(summary.distance_m, 'm')}"), soft_wrap=True)
-    for table in (_drive(summary), _takeovers(summary.takeovers or ()), _latencies(summary),
-                  _pairs("Gate interventions", ("rule", "episodes"), summary.gate_interventions or {}),
-                  _pairs("Messages dropped", ("reason", "messages"), summary.messages_dropped),
-                  _loops(summary), _channels(summary)):
+    console.print(
+        Text(
+            f"{about.path}: {about.messages} messages on {len(about.topics)} channels, "
+            f"{_number(summary.drive_s, 's')}, {_number(summary.distance_m, 'm')}"
+        ),
+        soft_wrap=True,
+    )
+    for table in (
+        _drive(summary),
+        _takeovers(summary.takeovers or ()),
+        _latencies(summary),
+        _pairs("Gate interventions", ("rule", "episodes"), summary.gate_interventions or {}),
+        _pairs("Messages dropped", ("reason", "messages"), summary.messages_dropped),
+        _loops(summary),
+        _channels(summary),
+    ):
         if table.row_count:
             console.print(table)
 
@@ -37,8 +47,12 @@ def _takeovers(found: Iterable[Takeover]) -> Table:
     table = _table("Take-over requests", "requested", "accepted", "took", "reasons")
     for takeover in found:
         reasons = "; ".join(f"{reason.channel}: {reason.text}" for reason in takeover.reasons)
-        table.add_row(_number(takeover.requested_s, "s"), _number(takeover.accepted_s, "s"),
-                      _number(takeover.takeover_time_s, "s"), Text(reasons))
+        table.add_row(
+            _number(takeover.requested_s, "s"),
+            _number(takeover.accepted_s, "s"),
+            _number(takeover.takeover_time_s, "s"),
+            Text(reasons),
+        )
     return table
 
 
@@ -50,20 +64,21 @@ def _latencies(summary: Summary) -> Table:
     for name, camera in summary.cameras.items():
         late = camera.latency_ms
         values = (late.p50, late.p95, late.p99) if late is not None else (None, None, None)
-        table.add_row(Text(f"{name}: camera to screen"), *(_number(value, "ms") for value in values),
-                      _number(camera.fps, "fps"))
+        table.add_row(Text(f"{name}: camera to screen"), *(_number(value, "ms") for value in values), _number(camera.fps, "fps"))
     if summary.wheel_to_can_ms is not None:
         wheel = summary.wheel_to_can_ms
-        table.add_row("wheel to CAN", _number(wheel.p50, "ms"), "", _number(wheel.p99, "ms"),
-                      f"clock +-{wheel.clock_bound_ms:.2f} ms")
+        table.add_row(
+            "wheel to CAN", _number(wheel.p50, "ms"), "", _number(wheel.p99, "ms"), f"clock +-{wheel.clock_bound_ms:.2f} ms"
+        )
     return table
 
 
 def _loops(summary: Summary) -> Table:
     table = _table("Loops", "process/loop", "period", "cycles", "late", "worst")
     for name, loop in summary.loops.items():
-        table.add_row(name, _number(loop.period_ms, "ms"), str(loop.cycles), str(loop.late_cycles),
-                      _number(loop.lateness_max_ms, "ms"))
+        table.add_row(
+            name, _number(loop.period_ms, "ms"), str(loop.cycles), str(loop.late_cycles), _number(loop.lateness_max_ms, "ms")
+        )
     return table
 
 

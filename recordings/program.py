@@ -23,8 +23,9 @@ from wire.messages.base import encode
 from wire.process import BEHIND_CONTROL, USER_ERROR, run_until_stopped
 
 _DEFAULT = shipped("simulated.toml")
-app = typer.Typer(help="Record a drive, read it, repair it.", no_args_is_help=True, add_completion=False,
-                  pretty_exceptions_enable=False)
+app = typer.Typer(
+    help="Record a drive, read it, repair it.", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False
+)
 
 
 @app.command()
@@ -35,15 +36,19 @@ def record(config: Annotated[Path, typer.Option(help="the configuration of the d
 
 
 @app.command()
-def info(recording: Annotated[Path, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")],
-         json: Annotated[bool, typer.Option("--json", help="the summary as JSON, and nothing else")] = False) -> None:
+def info(
+    recording: Annotated[Path, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")],
+    json: Annotated[bool, typer.Option("--json", help="the summary as JSON, and nothing else")] = False,
+) -> None:
     """Sum up a recording."""
     raise typer.Exit(_told(lambda: _info(recording, json)))
 
 
 @app.command()
-def recover(recordings: Annotated[list[Path], typer.Argument(help="a truncated file, or the parts of one drive")],
-            output: Annotated[Path | None, typer.Option(help="default: NAME.recovered.mcap")] = None) -> None:
+def recover(
+    recordings: Annotated[list[Path], typer.Argument(help="a truncated file, or the parts of one drive")],
+    output: Annotated[Path | None, typer.Option(help="default: NAME.recovered.mcap")] = None,
+) -> None:
     """Save every complete message of a truncated recording, or join the parts of one drive; the originals are kept."""
     raise typer.Exit(_told(lambda: _recover(recordings, output)))
 
@@ -75,8 +80,9 @@ def _write_summary(recording: Path) -> None:
     try:
         summary_path(recording).write_bytes(text)
     except OSError as error:
-        raise RecordingError(f"{summary_path(recording)}: cannot be written: {error.strerror}; the recording is whole: "
-                             f"recordings info {recording}") from None
+        raise RecordingError(
+            f"{summary_path(recording)}: cannot be written: {error.strerror}; the recording is whole: recordings info {recording}"
+        ) from None
 
 
 def _summary_of(path: Path) -> Summary:

@@ -52,8 +52,9 @@ def gather(config: Path, vehicle_id: str, utc_minus_vehicle_ns: int) -> Provenan
             notes[what] = f"{named}: not found, not attached"
         else:
             attached.append(_toml(f"{what}/{found.name}", found.read_bytes()))
-    return Provenance(vehicle_id=vehicle_id, utc_minus_vehicle_ns=utc_minus_vehicle_ns, versions=versions(),
-                      notes=notes, attached=tuple(attached))
+    return Provenance(
+        vehicle_id=vehicle_id, utc_minus_vehicle_ns=utc_minus_vehicle_ns, versions=versions(), notes=notes, attached=tuple(attached)
+    )
 
 
 def _toml(name: str, data: bytes) -> Attached:
@@ -75,8 +76,7 @@ def _find(named: str, beside: Path, folder: str) -> Path | None:
 
 def versions() -> dict[str, str]:
     """Our version, the commit when run from a work tree, Python's, and those of the dependencies that are installed."""
-    found = {PACKAGE: _version(PACKAGE), "commit": _commit(), "python": platform.python_version(),
-             "system": platform.platform()}
+    found = {PACKAGE: _version(PACKAGE), "commit": _commit(), "python": platform.python_version(), "system": platform.platform()}
     found.update({name: _version(name) for name in _dependencies()})
     return {name: version for name, version in found.items() if version}
 
@@ -103,8 +103,13 @@ def _commit() -> str:
     if not (root / ".git").exists():
         return ""
     try:
-        found = subprocess.run(["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40"],
-                               capture_output=True, text=True, timeout=5, check=False)
+        found = subprocess.run(
+            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40"],
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=False,
+        )
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return found.stdout.strip() if found.returncode == 0 else ""

@@ -33,8 +33,7 @@ class Recording:
         if summary is None or summary.statistics is None:
             raise RecordingError(f"{path}: has no index; run: recordings recover {path}")
         self._summary: Any = summary
-        self.metadata: dict[str, dict[str, str]] = {
-            record.name: record.metadata for record in self._reader.iter_metadata()}
+        self.metadata: dict[str, dict[str, str]] = {record.name: record.metadata for record in self._reader.iter_metadata()}
 
     @property
     def versions(self) -> dict[str, str]:
@@ -74,8 +73,10 @@ class Recording:
             try:
                 yield channel.topic, record.log_time, decode[channel.topic](record.data)
             except msgspec.DecodeError as error:
-                raise RecordingError(f"{self.path}: a {channel.topic} message does not fit this version: {error}; "
-                                     f"read it with the version that recorded it ({self._made_by()})") from None
+                raise RecordingError(
+                    f"{self.path}: a {channel.topic} message does not fit this version: {error}; "
+                    f"read it with the version that recorded it ({self._made_by()})"
+                ) from None
 
     def pictures(self, camera: str) -> Iterator[tuple[int, EncodedPicture]]:
         """(log_ns, picture) of one camera, capture_ns on the vehicle clock. A decoder starts at the first IDR."""

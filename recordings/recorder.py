@@ -67,8 +67,12 @@ class Recorder:
 
     def dropped(self) -> dict[str, int]:
         """Messages that are not in the file as what they should be, by reason, since start."""
-        counts = {**self._link.dropped, "recorder queue full": self._arrived.refused, "not written": self._taken,
-                  **{f"{topic} undecodable": count for topic, count in self._drive.undecodable.items()}}
+        counts = {
+            **self._link.dropped,
+            "recorder queue full": self._arrived.refused,
+            "not written": self._taken,
+            **{f"{topic} undecodable": count for topic, count in self._drive.undecodable.items()},
+        }
         return {reason[:64]: count for reason, count in counts.items() if count}
 
 
@@ -126,8 +130,7 @@ def record(config: Path, stop: threading.Event, finished: Callable[[Path], None]
         except OSError as error:
             with suppress(OSError):
                 stream.close()
-            _LOG.error("%s: recording ended: %s; free some space, then: recordings recover %s", path, error.strerror,
-                       path)
+            _LOG.error("%s: recording ended: %s; free some space, then: recordings recover %s", path, error.strerror, path)
             return False
         finished(path)
     return True

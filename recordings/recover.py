@@ -78,8 +78,7 @@ class _Copy:
         number = self.schema(schema)
         key = (channel.topic, channel.message_encoding, number, *sorted(channel.metadata.items()))
         if key not in self.channels:
-            self.channels[key] = self.mcap.register_channel(channel.topic, channel.message_encoding, number,
-                                                            channel.metadata)
+            self.channels[key] = self.mcap.register_channel(channel.topic, channel.message_encoding, number, channel.metadata)
         return self.channels[key]
 
     def note(self, record: Metadata | Attachment) -> None:
@@ -114,8 +113,7 @@ def recover(parts: Sequence[Part], output: Path) -> int:
     """
     vehicles = sorted({part.vehicle_id for part in parts})
     if len(vehicles) > 1:
-        raise RecordingError(f"parts of different vehicles ({', '.join(vehicles)}) are not one drive; "
-                             f"recover each by itself")
+        raise RecordingError(f"parts of different vehicles ({', '.join(vehicles)}) are not one drive; recover each by itself")
     if output.exists():
         raise RecordingError(f"{output}: exists; name another file with --output")
     unfinished = output.with_name(output.name + ".unfinished")
@@ -126,8 +124,7 @@ def recover(parts: Sequence[Part], output: Path) -> int:
     except OSError as error:
         with suppress(OSError):
             unfinished.unlink()
-        raise RecordingError(f"{output}: cannot be written: {error.strerror}; "
-                             f"choose another place with --output") from None
+        raise RecordingError(f"{output}: cannot be written: {error.strerror}; choose another place with --output") from None
     return messages
 
 
@@ -146,14 +143,14 @@ def _write(parts: Sequence[Part], stream: IO[bytes]) -> int:
 
 def _copy_part(part: Part, copy: _Copy) -> int:
     """One file into the copy. The channels were found before: those of a damaged chunk may stand at the file's end."""
-    numbers = {number: copy.channel(channel, part.schemas.get(channel.schema_id))
-               for number, channel in sorted(part.channels.items())}
+    numbers = {
+        number: copy.channel(channel, part.schemas.get(channel.schema_id)) for number, channel in sorted(part.channels.items())
+    }
     for record in _records(Part(part.path)):
         if isinstance(record, Metadata | Attachment):
             copy.note(record)
         elif isinstance(record, Message) and record.channel_id in numbers:
-            copy.mcap.add_message(numbers[record.channel_id], record.log_time, record.data, record.publish_time,
-                                  record.sequence)
+            copy.mcap.add_message(numbers[record.channel_id], record.log_time, record.data, record.publish_time, record.sequence)
     return part.messages
 
 

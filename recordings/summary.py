@@ -70,4 +70,5 @@ def summarize(recording: Summarizable) -> Summary:
         command_rate_hz=summary_latency.command_rate_hz(drive.commands),
         wheel_to_can_ms=summary_latency.wheel_to_can(drive.cycles, drive.commands, drive.offsets),
         messages_dropped=summary_counts.messages_dropped(drive.statuses, drive.health),
-        loops=summary_counts.loops(drive.health))
+        loops=summary_counts.loops(drive.health),
+    )

@@ -65,9 +65,12 @@ def loops(health: Iterable[LoopHealth]) -> dict[str, Loop]:
 
 
 def _loop(reports: Sequence[LoopHealth]) -> Loop:
-    return Loop(period_ms=reports[-1].period_ms, cycles=counted([report.cycles for report in reports]),
-                late_cycles=counted([report.late_cycles for report in reports]),
-                lateness_max_ms=max(report.lateness_max_ms for report in reports))
+    return Loop(
+        period_ms=reports[-1].period_ms,
+        cycles=counted([report.cycles for report in reports]),
+        late_cycles=counted([report.late_cycles for report in reports]),
+        lateness_max_ms=max(report.lateness_max_ms for report in reports),
+    )
 
 
 def counted(counts: Sequence[int]) -> int:
@@ -80,5 +83,8 @@ def distance_m(speeds: Sequence[SpeedRow]) -> float | None:
     """Metres driven, forward and backward, by the car's own speed (trapezium rule); None without any VehicleState."""
     if not speeds:
         return None
-    return sum((abs(before.speed_m_s) + abs(now.speed_m_s)) / 2 * (now.stamp_ns - before.stamp_ns) / _SECOND_NS
-               for before, now in pairwise(speeds) if 0 < now.stamp_ns - before.stamp_ns <= _GAP_NS)
+    return sum(
+        (abs(before.speed_m_s) + abs(now.speed_m_s)) / 2 * (now.stamp_ns - before.stamp_ns) / _SECOND_NS
+        for before, now in pairwise(speeds)
+        if 0 < now.stamp_ns - before.stamp_ns <= _GAP_NS
+    )

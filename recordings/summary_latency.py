@@ -40,19 +40,25 @@ def loop_age(cycles: Sequence[CycleRow]) -> Percentiles | None:
 
     One value per new command while the operator drove. A command that names no picture has no such age.
     """
-    return _percentiles([cycle.loop_age_ms for cycle in cycles
-                         if cycle.new_command and cycle.mode in _OPERATOR_DRIVES and cycle.loop_age_ms > 0])
+    return _percentiles(
+        [cycle.loop_age_ms for cycle in cycles if cycle.new_command and cycle.mode in _OPERATOR_DRIVES and cycle.loop_age_ms > 0]
+    )
 
 
 def cameras(shown: Sequence[ShownRow], offsets: Sequence[OffsetRow]) -> dict[str, Camera]:
     """What came on screen, by camera."""
-    return {name: _camera([frame for frame in shown if frame.camera == name], offsets)
-            for name in sorted({frame.camera for frame in shown})}
+    return {
+        name: _camera([frame for frame in shown if frame.camera == name], offsets)
+        for name in sorted({frame.camera for frame in shown})
+    }
 
 
 def _camera(frames: Sequence[ShownRow], offsets: Sequence[OffsetRow]) -> Camera:
-    latencies = [(frame.shown_ns + offset.offset_ns - frame.capture_ns) / _MS for frame in frames
-                 if (offset := _newest(offsets, frame.log_ns)) is not None]
+    latencies = [
+        (frame.shown_ns + offset.offset_ns - frame.capture_ns) / _MS
+        for frame in frames
+        if (offset := _newest(offsets, frame.log_ns)) is not None
+    ]
     return Camera(fps=_rate_hz([frame.shown_ns for frame in frames]), latency_ms=_percentiles(latencies))
 
 
@@ -61,8 +67,7 @@ def command_rate_hz(commands: Sequence[CommandRow]) -> float | None:
     return _rate_hz([command.log_ns for command in commands])
 
 
-def wheel_to_can(cycles: Sequence[CycleRow], commands: Sequence[CommandRow],
-                 offsets: Sequence[OffsetRow]) -> WheelToCan | None:
+def wheel_to_can(cycles: Sequence[CycleRow], commands: Sequence[CommandRow], offsets: Sequence[OffsetRow]) -> WheelToCan | None:
     """From the device event to the CAN frame that first carried it; None without commands, cycles or an offset."""
     events = _first_with_event(commands)
     delays_ms, bounds_ns = [], []

@@ -72,10 +72,12 @@ def _differs(request: TakeoverRequest, asked: TakeoverRequest | None) -> bool:
 
 def _opened(request: TakeoverRequest, status: GatewayStatus, arrived_after_ns: int) -> Takeover:
     age_ns = status.stamp_ns - request.raised_ns  # of the request when this status told it
-    return Takeover(requested_s=(arrived_after_ns - age_ns) / _SECOND_NS, reasons=request.reasons, accepted_s=None,
-                    takeover_time_s=None)
+    return Takeover(
+        requested_s=(arrived_after_ns - age_ns) / _SECOND_NS, reasons=request.reasons, accepted_s=None, takeover_time_s=None
+    )
 
 
 def _accepted(takeover: Takeover, time_s: float) -> Takeover:
-    return Takeover(requested_s=takeover.requested_s, reasons=takeover.reasons,
-                    accepted_s=takeover.requested_s + time_s, takeover_time_s=time_s)
+    return Takeover(
+        requested_s=takeover.requested_s, reasons=takeover.reasons, accepted_s=takeover.requested_s + time_s, takeover_time_s=time_s
+    )

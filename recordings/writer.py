@@ -87,26 +87,30 @@ class DriveWriter:
         channel = self._channels.get(topic) or self._open_channel(topic)
         message = channel.decode(payload)
         if isinstance(message, OperatorStatus) and message.clock_bound_ns > 0:
-            self._clocks = Clocks(utc_minus_vehicle_ns=self._clocks.utc_minus_vehicle_ns,
-                                  tower_offset_ns=message.clock_offset_ns)
+            self._clocks = Clocks(utc_minus_vehicle_ns=self._clocks.utc_minus_vehicle_ns, tower_offset_ns=message.clock_offset_ns)
         stamp_ns = getattr(message, channel.stamp) if channel.stamp else None
         log_ns = received_ns + self._clocks.utc_minus_vehicle_ns
-        self._mcap.add_message(channel.number, log_ns, payload,
-                               publish_time_ns(stamp_ns, log_ns, channel.from_car, self._clocks))
+        self._mcap.add_message(channel.number, log_ns, payload, publish_time_ns(stamp_ns, log_ns, channel.from_car, self._clocks))
 
     def _add_picture(self, payload: bytes, received_ns: int) -> None:
         picture = unpack_picture(payload)
         offset_ns = self._clocks.utc_minus_vehicle_ns
         number = self._cameras.get(picture.camera) or self._open_camera(picture.camera)
-        self._mcap.add_message(number, received_ns + offset_ns, compressed_video.encode_video(picture, offset_ns),
-                               picture.capture_ns + offset_ns, picture.sequence)
+        self._mcap.add_message(
+            number,
+            received_ns + offset_ns,
+            compressed_video.encode_video(picture, offset_ns),
+            picture.capture_ns + offset_ns,
+            picture.sequence,
+        )
 
     def _keep_apart(self, topic: str, payload: bytes, received_ns: int, error: str) -> None:
         self.undecodable[topic] += 1
         channel = self._channels.get(UNDECODABLE) or self._register(UNDECODABLE, Undecodable, True)
         log_ns = received_ns + self._clocks.utc_minus_vehicle_ns
-        event = Undecodable(stamp_ns=received_ns, topic=topic, error=error[:2000],
-                            payload_base64=base64.b64encode(payload).decode("ascii"))
+        event = Undecodable(
+            stamp_ns=received_ns, topic=topic, error=error[:2000], payload_base64=base64.b64encode(payload).decode("ascii")
+        )
         self._mcap.add_message(channel.number, log_ns, encode(event), log_ns)
 
     def _open_channel(self, name: str) -> _Channel:
@@ -124,20 +128,25 @@ class DriveWriter:
 
     def _open_camera(self, camera: str) -> int:
         self._video_schema = self._video_schema or self._mcap.register_schema(
-            compressed_video.SCHEMA_NAME, "protobuf", compressed_video.SCHEMA)
+            compressed_video.SCHEMA_NAME, "protobuf", compressed_video.SCHEMA
+        )
         number: int = self._mcap.register_channel(
-            f"{VIDEO}/{camera}", "protobuf", self._video_schema,
-            {"utc_minus_vehicle_ns": str(self._clocks.utc_minus_vehicle_ns)})
+            f"{VIDEO}/{camera}", "protobuf", self._video_schema, {"utc_minus_vehicle_ns": str(self._clocks.utc_minus_vehicle_ns)}
+        )
         self._cameras[camera] = number
         return number
 
     def _write_provenance(self, provenance: Provenance) -> None:
         self._mcap.add_metadata("drive", {"vehicle_id": provenance.vehicle_id, **provenance.notes})
         self._mcap.add_metadata("versions", provenance.versions)
-        self._mcap.add_metadata("clock", {
-            "utc_minus_vehicle_ns": str(provenance.utc_minus_vehicle_ns),
-            "log_time": "vehicle clock at arrival + utc_minus_vehicle_ns",
-            "publish_time": "the sender's stamp on the same scale; a tower's through operator_status.clock_offset_ns"})
+        self._mcap.add_metadata(
+            "clock",
+            {
+                "utc_minus_vehicle_ns": str(provenance.utc_minus_vehicle_ns),
+                "log_time": "vehicle clock at arrival + utc_minus_vehicle_ns",
+                "publish_time": "the sender's stamp on the same scale; a tower's through operator_status.clock_offset_ns",
+            },
+        )
         for attached in provenance.attached:
             self._mcap.add_attachment(0, 0, attached.name, attached.media_type, attached.data)
 
@@ -156,5 +165,7 @@ def open_drive_file(folder: Path) -> tuple[Path, IO[bytes]]:
 
 
 def unusable(folder: Path, error: OSError) -> RecordingError:
-    return RecordingError(f"{folder}: cannot write a recording there: {error.strerror}; "
-                          f"choose another folder with [wire.session] folder, or free some space")
+    return RecordingError(
+        f"{folder}: cannot write a recording there: {error.strerror}; "
+        f"choose another folder with [wire.session] folder, or free some space"
+    )

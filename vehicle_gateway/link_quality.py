@@ -43,9 +43,7 @@ class SpeedCap(Message):
     cap_m_s: Speed
     bad_ns: TimeNs  # when the link was last too slow for full speed
 
-    def step(
-        self, p95_ms: float, speed_max_m_s: float, remote_s: float, now_ns: int, dt_s: float, limits: CapLimits
-    ) -> "SpeedCap":
+    def step(self, p95_ms: float, speed_max_m_s: float, remote_s: float, now_ns: int, dt_s: float, limits: CapLimits) -> "SpeedCap":
         """The cap one cycle later: it falls towards its target at once and rises only after a while of good link.
 
         speed_max_m_s  of the vehicle under remote control

@@ -51,8 +51,9 @@ def preview_m(state: SpeedState, speed_m_s: float, settings: SpeedSettings) -> f
     return max(speed_m_s, 0.0) * (settings.preview_s + letting_go_s) * walking
 
 
-def wanted_acceleration(state: SpeedState, speed_m_s: float, ceiling: Ceiling, driving: bool, dt_s: float,
-                        settings: SpeedSettings) -> SpeedState:
+def wanted_acceleration(
+    state: SpeedState, speed_m_s: float, ceiling: Ceiling, driving: bool, dt_s: float, settings: SpeedSettings
+) -> SpeedState:
     """The next command. driving False (somebody else drives): what the first command would be, no memory kept."""
     needed = settings.go_m_s if state.standing else settings.stand_m_s
     standing = ceiling.speed_m_s < needed and speed_m_s < settings.stand_m_s
@@ -67,8 +68,9 @@ def wanted_acceleration(state: SpeedState, speed_m_s: float, ceiling: Ceiling, d
     jerk = _jerk(min(target, state.acceleration_m_s2), settings)
     if not driving:
         return SpeedState(acceleration_m_s2=toward(0.0, target, jerk * dt_s), standing=standing)
-    return SpeedState(acceleration_m_s2=toward(state.acceleration_m_s2, target, jerk * dt_s), integral_m_s2=integral,
-                      standing=standing)
+    return SpeedState(
+        acceleration_m_s2=toward(state.acceleration_m_s2, target, jerk * dt_s), integral_m_s2=integral, standing=standing
+    )
 
 
 def _jerk(target_m_s2: float, settings: SpeedSettings) -> float:

@@ -26,8 +26,16 @@ class SteeringSettings(Message):
     rate_max_rad_s: Positive = 0.25  # of the road wheels: below what the gate allows at 25 km/h (lateral jerk 5 m/s3)
 
 
-def wanted_angle_rad(at: RoadPoint, heading_rad: float, speed_m_s: float, road: Road, lane: Lane, shift: Shift,
-                     shape: CarShape, settings: SteeringSettings) -> float:
+def wanted_angle_rad(
+    at: RoadPoint,
+    heading_rad: float,
+    speed_m_s: float,
+    road: Road,
+    lane: Lane,
+    shift: Shift,
+    shape: CarShape,
+    settings: SteeringSettings,
+) -> float:
     """Road-wheel angle towards the path; positive turns left. `at`: the rear axle in road coordinates."""
     ahead = 0.5 + max(speed_m_s, 0.0) * settings.preview_s
     path = lane.middle_m + shift.at(at.station_m)

@@ -72,8 +72,9 @@ def start(gnss: Gnss, settings: LocalizationSettings) -> Estimate:
     """The first estimate: where GNSS says, standing still as far as is known."""
     position = max(gnss.deviation_m, settings.gnss_least_m) ** 2
     variances = [position, position, gnss.heading_deviation_rad**2 + 1e-6, 9.0, settings.bias_start_rad_s**2]
-    return Estimate(stamp_ns=gnss.stamp_ns, mean=np.array([gnss.x_m, gnss.y_m, gnss.heading_rad, 0.0, 0.0]),
-                    covariance=np.diag(variances))
+    return Estimate(
+        stamp_ns=gnss.stamp_ns, mean=np.array([gnss.x_m, gnss.y_m, gnss.heading_rad, 0.0, 0.0]), covariance=np.diag(variances)
+    )
 
 
 def pose_at(estimate: Estimate, now_ns: int) -> Pose:
@@ -82,8 +83,14 @@ def pose_at(estimate: Estimate, now_ns: int) -> Pose:
     dt = (now_ns - estimate.stamp_ns) * 1e-9
     rate = estimate.gyro_rad_s - bias
     middle = heading + rate * dt / 2
-    return Pose(stamp_ns=now_ns, x_m=x + speed * dt * cos(middle), y_m=y + speed * dt * sin(middle),
-                heading_rad=wrap_angle(heading + rate * dt), speed_m_s=speed, yaw_rate_rad_s=rate)
+    return Pose(
+        stamp_ns=now_ns,
+        x_m=x + speed * dt * cos(middle),
+        y_m=y + speed * dt * sin(middle),
+        heading_rad=wrap_angle(heading + rate * dt),
+        speed_m_s=speed,
+        yaw_rate_rad_s=rate,
+    )
 
 
 def advance(estimate: Estimate, to_ns: int, settings: LocalizationSettings) -> Estimate:

@@ -36,13 +36,18 @@ def on_road(track: Track, road: Road, near_station_m: float) -> OnRoad:
     station, offset, heading = road.to_road(track.x_m, track.y_m, near_station_m)
     c, s = cos(heading), sin(heading)
     stretch = max(1.0 - road.curvature_1_m(station) * offset, 0.2)  # a metre beside the line is 1/stretch m of station
-    return OnRoad(track=track, station_m=station, offset_m=offset,
-                  station_rate_m_s=(c * track.velocity_x_m_s + s * track.velocity_y_m_s) / stretch,
-                  offset_rate_m_s=-s * track.velocity_x_m_s + c * track.velocity_y_m_s)
+    return OnRoad(
+        track=track,
+        station_m=station,
+        offset_m=offset,
+        station_rate_m_s=(c * track.velocity_x_m_s + s * track.velocity_y_m_s) / stretch,
+        offset_rate_m_s=-s * track.velocity_x_m_s + c * track.velocity_y_m_s,
+    )
 
 
 def deviation_after(track: Track, dt_s: float) -> float:
     """One standard deviation of the position on each axis, dt_s from the track's stamp."""
     restless = KINDS.get(track.kind, KINDS["unknown"]).acceleration_m_s2 ** 2 * 0.1  # white over the 0.1 s of one list
-    return sqrt(track.position_variance + 2 * dt_s * track.cross_variance + dt_s**2 * track.velocity_variance
-                + restless * dt_s**3 / 3)
+    return sqrt(
+        track.position_variance + 2 * dt_s * track.cross_variance + dt_s**2 * track.velocity_variance + restless * dt_s**3 / 3
+    )

@@ -125,8 +125,15 @@ def in_map_frame(objects: ObjectList, pose: Pose, pose_deviation_m: float, setti
     seen = []
     for thing in objects.objects:
         deviation = settings.detection_m + settings.detection_per_m * hypot(thing.x_m, thing.y_m)
-        seen.append(Seen(pose.x_m + c * thing.x_m - s * thing.y_m, pose.y_m + s * thing.x_m + c * thing.y_m,
-                         thing.radius_m, thing.kind, deviation**2 + min(pose_deviation_m, 0.2) ** 2))
+        seen.append(
+            Seen(
+                pose.x_m + c * thing.x_m - s * thing.y_m,
+                pose.y_m + s * thing.x_m + c * thing.y_m,
+                thing.radius_m,
+                thing.kind,
+                deviation**2 + min(pose_deviation_m, 0.2) ** 2,
+            )
+        )
     return seen
 
 
@@ -137,11 +144,16 @@ def predicted(track: Track, to_ns: int) -> Track:
         return track
     restless = KINDS.get(track.kind, KINDS["unknown"]).acceleration_m_s2 ** 2
     return replace(
-        track, stamp_ns=to_ns, x_m=track.x_m + track.velocity_x_m_s * dt, y_m=track.y_m + track.velocity_y_m_s * dt,
-        position_variance=(track.position_variance + 2 * dt * track.cross_variance + dt * dt * track.velocity_variance
-                           + restless * dt**4 / 4),
+        track,
+        stamp_ns=to_ns,
+        x_m=track.x_m + track.velocity_x_m_s * dt,
+        y_m=track.y_m + track.velocity_y_m_s * dt,
+        position_variance=(
+            track.position_variance + 2 * dt * track.cross_variance + dt * dt * track.velocity_variance + restless * dt**4 / 4
+        ),
         cross_variance=track.cross_variance + dt * track.velocity_variance + restless * dt**3 / 2,
-        velocity_variance=track.velocity_variance + restless * dt * dt)
+        velocity_variance=track.velocity_variance + restless * dt * dt,
+    )
 
 
 def update(tracks: TrackList, seen: Sequence[Seen], stamp_ns: int, settings: TrackingSettings) -> TrackList:
@@ -157,10 +169,11 @@ def update(tracks: TrackList, seen: Sequence[Seen], stamp_ns: int, settings: Tra
         if _lives(after, settings):
             kept.append(_judged(after, settings))
     used = set(pairs.values())
-    born = [_born(thing, tracks.next_number + i, stamp_ns)
-            for i, thing in enumerate(thing for column, thing in enumerate(seen) if column not in used)]
-    return TrackList(stamp_ns=stamp_ns, tracks=(*kept, *born), next_number=tracks.next_number + len(born),
-                     innovation=innovation)
+    born = [
+        _born(thing, tracks.next_number + i, stamp_ns)
+        for i, thing in enumerate(thing for column, thing in enumerate(seen) if column not in used)
+    ]
+    return TrackList(stamp_ns=stamp_ns, tracks=(*kept, *born), next_number=tracks.next_number + len(born), innovation=innovation)
 
 
 def _distance_squared(track: Track, thing: Seen) -> float:
@@ -184,8 +197,12 @@ def _loosened(track: Track, thing: Seen) -> Track:
     if track.kind in STANDING_KINDS or _distance_squared(track, thing) < SURPRISE:
         return track
     doubt = SURPRISE_M_S**2
-    return replace(track, velocity_variance=track.velocity_variance + doubt, cross_variance=track.cross_variance + doubt * 0.1,
-                   position_variance=track.position_variance + doubt * 0.01)  # that velocity over 0.1 s
+    return replace(
+        track,
+        velocity_variance=track.velocity_variance + doubt,
+        cross_variance=track.cross_variance + doubt * 0.1,
+        position_variance=track.position_variance + doubt * 0.01,
+    )  # that velocity over 0.1 s
 
 
 def _hit(track: Track, thing: Seen, settings: TrackingSettings) -> Track:
@@ -196,14 +213,21 @@ def _hit(track: Track, thing: Seen, settings: TrackingSettings) -> Track:
     votes = dict(track.votes)
     votes[thing.kind] = votes.get(thing.kind, 0) + 1
     return replace(
-        track, x_m=track.x_m + gain * dx, y_m=track.y_m + gain * dy,
+        track,
+        x_m=track.x_m + gain * dx,
+        y_m=track.y_m + gain * dy,
         velocity_x_m_s=track.velocity_x_m_s + velocity_gain * dx,
         velocity_y_m_s=track.velocity_y_m_s + velocity_gain * dy,
-        position_variance=(1 - gain) * track.position_variance, cross_variance=(1 - gain) * track.cross_variance,
+        position_variance=(1 - gain) * track.position_variance,
+        cross_variance=(1 - gain) * track.cross_variance,
         velocity_variance=track.velocity_variance - velocity_gain * track.cross_variance,
-        radius_m=track.radius_m + 0.2 * (thing.radius_m - track.radius_m), votes=tuple(votes.items()),
-        hits=track.hits + 1, misses=0, confirmed=track.confirmed or track.hits + 1 >= settings.birth_hits,
-        log_odds=min(track.log_odds + LOG_ODDS_HIT, LOG_ODDS_LIMIT))
+        radius_m=track.radius_m + 0.2 * (thing.radius_m - track.radius_m),
+        votes=tuple(votes.items()),
+        hits=track.hits + 1,
+        misses=0,
+        confirmed=track.confirmed or track.hits + 1 >= settings.birth_hits,
+        log_odds=min(track.log_odds + LOG_ODDS_HIT, LOG_ODDS_LIMIT),
+    )
 
 
 def _missed(track: Track) -> Track:
@@ -227,6 +251,17 @@ def _judged(track: Track, settings: TrackingSettings) -> Track:
 
 def _born(thing: Seen, number: int, stamp_ns: int) -> Track:
     restless = KINDS.get(thing.kind, KINDS["unknown"])
-    return Track(number=number, stamp_ns=stamp_ns, born_ns=stamp_ns, x_m=thing.x_m, y_m=thing.y_m, velocity_x_m_s=0.0,
-                 velocity_y_m_s=0.0, position_variance=thing.variance, cross_variance=0.0,
-                 velocity_variance=restless.start_m_s**2, radius_m=thing.radius_m, votes=((thing.kind, 1),))
+    return Track(
+        number=number,
+        stamp_ns=stamp_ns,
+        born_ns=stamp_ns,
+        x_m=thing.x_m,
+        y_m=thing.y_m,
+        velocity_x_m_s=0.0,
+        velocity_y_m_s=0.0,
+        position_variance=thing.variance,
+        cross_variance=0.0,
+        velocity_variance=restless.start_m_s**2,
+        radius_m=thing.radius_m,
+        votes=((thing.kind, 1),),
+    )

@@ -24,8 +24,13 @@ class Blockage:
 
 def in_lane(things: Sequence[OnRoad], lane: Lane, from_station_m: float, to_station_m: float) -> list[OnRoad]:
     """Static things that stand in the lane between two stations, nearest first."""
-    found = [thing for thing in things if lane.contains(thing.offset_m, thing.track.radius_m)
-             and from_station_m <= thing.station_m + thing.track.radius_m and thing.station_m <= to_station_m]
+    found = [
+        thing
+        for thing in things
+        if lane.contains(thing.offset_m, thing.track.radius_m)
+        and from_station_m <= thing.station_m + thing.track.radius_m
+        and thing.station_m <= to_station_m
+    ]
     return sorted(found, key=lambda thing: thing.station_m - thing.track.radius_m)
 
 
@@ -46,9 +51,12 @@ def closed_by(things: Sequence[OnRoad], lane: Lane, half_width_m: float, margin_
     for group in _groups(things):
         if lateral_room(group, lane, half_width_m, margin_m) is None:
             first = group[0]
-            return Blockage(station_m=first.station_m - first.track.radius_m, kind="static",
-                            numbers=tuple(thing.track.number for thing in group),
-                            place=(first.track.x_m, first.track.y_m))
+            return Blockage(
+                station_m=first.station_m - first.track.radius_m,
+                kind="static",
+                numbers=tuple(thing.track.number for thing in group),
+                place=(first.track.x_m, first.track.y_m),
+            )
     return None
 
 

@@ -85,28 +85,41 @@ def plan(situation: Situation, previous: Plan | None, settings: PlanningSettings
     ahead = in_lane(static, lane, station - shape.rear_m, station + shape.front_m + settings.look_ahead_m)
     closed = closed_by(ahead, lane, shape.half_width_m, settings.static_side_m)
     shift = _shift(ahead, lane, situation, previous, settings)
-    standing = [StopPoint(road.map.goal_station_m, settings.comfort_m_s2, "goal"),
-                *_closed_stops(closed, situation, settings)]
+    standing = [StopPoint(road.map.goal_station_m, settings.comfort_m_s2, "goal"), *_closed_stops(closed, situation, settings)]
     bends = bend_caps(road, lane.middle_m, settings.lateral_m_s2)
     movers = [thing for thing in things if thing not in static]
     stays = [(thing, _stay(thing, lane, situation, settings.person_side_m)) for thing in movers]
-    waits = [(stop, thing) for thing, stay in stays
-             for stop in _person_stops(thing, stay, lane, situation, previous, settings)]
-    passing = tuple(cap for thing, stay in stays if stay is None
-                    for cap in _passing_caps(thing, lane.middle_m, situation, settings))
+    waits = [(stop, thing) for thing, stay in stays for stop in _person_stops(thing, stay, lane, situation, previous, settings)]
+    passing = tuple(
+        cap for thing, stay in stays if stay is None for cap in _passing_caps(thing, lane.middle_m, situation, settings)
+    )
     slowing = () if situation.slowing is None else (situation.slowing,)
-    drivable = driving_time_s(station, situation.speed_m_s, settings.acceleration_m_s2, road.map.speed_limit_m_s,
-                              settings.comfort_m_s2, standing, bends, HORIZON_S)
+    drivable = driving_time_s(
+        station,
+        situation.speed_m_s,
+        settings.acceleration_m_s2,
+        road.map.speed_limit_m_s,
+        settings.comfort_m_s2,
+        standing,
+        bends,
+        HORIZON_S,
+    )
     return Plan(
-        stamp_ns=situation.now_ns, station_m=station, shift=shift,
-        stops=(*standing, *slowing, *(stop for stop, _ in waits)), caps=(*bends, *passing), blocked=closed or _waiting_for(waits),
-        waited_for=frozenset(thing.track.number for _, thing in waits), in_lane=tuple(ahead), static=static,
+        stamp_ns=situation.now_ns,
+        station_m=station,
+        shift=shift,
+        stops=(*standing, *slowing, *(stop for stop, _ in waits)),
+        caps=(*bends, *passing),
+        blocked=closed or _waiting_for(waits),
+        waited_for=frozenset(thing.track.number for _, thing in waits),
+        in_lane=tuple(ahead),
+        static=static,
         drivable_s=drivable if closed else max(drivable, 10.0),  # to the goal is as good as ten seconds
-        points=path_points(road, lane, shift, station, min(station + 50.0, road.map.goal_station_m), 2.0))
+        points=path_points(road, lane, shift, station, min(station + 50.0, road.map.goal_station_m), 2.0),
+    )
 
 
-def _shift(ahead: Sequence[OnRoad], lane: Lane, situation: Situation, previous: Plan | None, settings: PlanningSettings
-           ) -> Shift:
+def _shift(ahead: Sequence[OnRoad], lane: Lane, situation: Situation, previous: Plan | None, settings: PlanningSettings) -> Shift:
     """Make room inside the lane for what stands within the next 40 m; back to its middle afterwards."""
     near = [thing for thing in ahead if thing.station_m < situation.station_m + 40.0]
     target = lateral_room(near, lane, situation.shape.half_width_m, settings.static_side_m)
@@ -135,8 +148,9 @@ def _stay(thing: OnRoad, lane: Lane, situation: Situation, side_m: float) -> Occ
     return occupancy(thing, lane.middle_m - half, lane.middle_m + half, situation.road.half_width_m)
 
 
-def _person_stops(thing: OnRoad, stay: Occupancy | None, lane: Lane, situation: Situation, previous: Plan | None,
-                  settings: PlanningSettings) -> tuple[StopPoint, ...]:
+def _person_stops(
+    thing: OnRoad, stay: Occupancy | None, lane: Lane, situation: Situation, previous: Plan | None, settings: PlanningSettings
+) -> tuple[StopPoint, ...]:
     if stay is None or stay.near_station_m > situation.station_m + settings.look_ahead_m:
         return ()
     if _passed_before(stay, situation, settings) or _gone_before(stay, situation, settings):
@@ -201,8 +215,7 @@ def _needed(speed_m_s: float, distance_m: float) -> float:
     return speed_m_s**2 / (2 * distance_m) if distance_m > 0.05 else inf
 
 
-def _passing_caps(thing: OnRoad, middle_m: float, situation: Situation, settings: PlanningSettings
-                  ) -> tuple[SpeedCap, ...]:
+def _passing_caps(thing: OnRoad, middle_m: float, situation: Situation, settings: PlanningSettings) -> tuple[SpeedCap, ...]:
     """Slower past a person close beside the way, who does not cross it (slowing for one who does only spends the time)."""
     shape, radius = situation.shape, thing.track.radius_m
     beside = abs(thing.offset_m - middle_m) - shape.half_width_m - radius
@@ -218,5 +231,9 @@ def _waiting_for(waits: Sequence[tuple[StopPoint, OnRoad]]) -> Blockage | None:
     if not waits:
         return None
     stop, thing = min(waits, key=lambda wait: wait[0].station_m)
-    return Blockage(station_m=thing.station_m - thing.track.radius_m, kind="person", numbers=(thing.track.number,),
-                    place=(thing.track.x_m, thing.track.y_m))
+    return Blockage(
+        station_m=thing.station_m - thing.track.radius_m,
+        kind="person",
+        numbers=(thing.track.number,),
+        place=(thing.track.x_m, thing.track.y_m),
+    )

@@ -51,8 +51,9 @@ class _Place:
     heading_rad: float
 
 
-def stopping_corridor(pose: Pose, road_wheel_angle_rad: float, road: Road, shape: CarShape, things: Sequence[Circle],
-                      near_station_m: float) -> tuple[Point, ...]:
+def stopping_corridor(
+    pose: Pose, road_wheel_angle_rad: float, road: Road, shape: CarShape, things: Sequence[Circle], near_station_m: float
+) -> tuple[Point, ...]:
     """Points of the rear axle's path in the map frame, from the car on, STEP_M apart; () when the car has no free place.
 
     The way as it is driven now; when that leaves no gentle stop, the longest of a few that turn sharper. A car in a lane
@@ -74,8 +75,9 @@ def stopping_corridor(pose: Pose, road_wheel_angle_rad: float, road: Road, shape
     return longest
 
 
-def _checked_path(pose: Pose, bend: float, law: Law, line_m: float, road: Road, shape: CarShape, things: Sequence[Circle],
-                  near_station_m: float) -> tuple[Point, ...]:
+def _checked_path(
+    pose: Pose, bend: float, law: Law, line_m: float, road: Road, shape: CarShape, things: Sequence[Circle], near_station_m: float
+) -> tuple[Point, ...]:
     """One path up to the last place at which the whole car stands free."""
     place = _Place(pose.x_m, pose.y_m, pose.heading_rad)
     points: list[Point] = []
@@ -86,8 +88,7 @@ def _checked_path(pose: Pose, bend: float, law: Law, line_m: float, road: Road, 
             break
         points.append((place.x_m, place.y_m))
         share = exp(-i * STEP_M / law.blend_m)
-        home = (curvature_at_1_m(road, at.station_m, at.offset_m) - law.turn_1_m * angle
-                - law.pull_1_m2 * (at.offset_m - line_m))
+        home = curvature_at_1_m(road, at.station_m, at.offset_m) - law.turn_1_m * angle - law.pull_1_m2 * (at.offset_m - line_m)
         place = _onward(place, share * bend + (1 - share) * min(max(home, -CURVATURE_MAX_1_M), CURVATURE_MAX_1_M))
     return tuple(points)
 
@@ -102,8 +103,7 @@ def _line_followed(offset_m: float, road: Road, shape: CarShape) -> float:
 
 def _onward(place: _Place, curvature_1_m: float) -> _Place:
     middle = place.heading_rad + curvature_1_m * STEP_M / 2
-    return _Place(place.x_m + STEP_M * cos(middle), place.y_m + STEP_M * sin(middle),
-                  place.heading_rad + curvature_1_m * STEP_M)
+    return _Place(place.x_m + STEP_M * cos(middle), place.y_m + STEP_M * sin(middle), place.heading_rad + curvature_1_m * STEP_M)
 
 
 def _free(place: _Place, offset_m: float, angle_rad: float, road: Road, shape: CarShape, things: Sequence[Circle]) -> bool:

@@ -59,5 +59,6 @@ def _stay(thing: OnRoad, from_s: float, until_s: float) -> Occupancy:
     first = thing.station_after(from_s)
     last = thing.station_after(min(until_s, HORIZON_S) if thing.station_rate_m_s < 0 else from_s)
     radius = thing.track.radius_m
-    return Occupancy(from_s=from_s, until_s=until_s, near_station_m=min(first, last) - radius,
-                     far_station_m=max(first, last) + radius)
+    return Occupancy(
+        from_s=from_s, until_s=until_s, near_station_m=min(first, last) - radius, far_station_m=max(first, last) + radius
+    )

@@ -43,8 +43,9 @@ def own_lane(road: Road) -> Lane:
     return Lane(middle, middle - half, middle + half)
 
 
-def path_points(road: Road, lane: Lane, shift: Shift, from_station_m: float, to_station_m: float, step_m: float
-                ) -> tuple[Point, ...]:
+def path_points(
+    road: Road, lane: Lane, shift: Shift, from_station_m: float, to_station_m: float, step_m: float
+) -> tuple[Point, ...]:
     """Points of the rear axle's path in the map frame."""
     count = max(int((to_station_m - from_station_m) / step_m), 0) + 1
     stations = [from_station_m + i * step_m for i in range(count)]

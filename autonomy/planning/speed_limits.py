@@ -37,8 +37,9 @@ class Ceiling(NamedTuple):
     slope_m_s2: float  # acceleration of a car that keeps to it; <= 0
 
 
-def ceiling(station_m: float, limit_m_s: float, comfort_m_s2: float, stops: Sequence[StopPoint],
-            caps: Sequence[SpeedCap]) -> Ceiling:
+def ceiling(
+    station_m: float, limit_m_s: float, comfort_m_s2: float, stops: Sequence[StopPoint], caps: Sequence[SpeedCap]
+) -> Ceiling:
     """The lowest of everything that bounds the speed at a station of the rear axle."""
     lowest = Ceiling(limit_m_s, 0.0)
     for cap in caps:
@@ -68,8 +69,16 @@ def _before_stop(distance_m: float, deceleration_m_s2: float) -> Ceiling:
     return Ceiling(sqrt(END_SPEED_M_S**2 + 2 * deceleration_m_s2 * (distance_m - soft)), -deceleration_m_s2)
 
 
-def driving_time_s(station_m: float, speed_m_s: float, acceleration_m_s2: float, limit_m_s: float, comfort_m_s2: float,
-                   stops: Sequence[StopPoint], caps: Sequence[SpeedCap], horizon_s: float) -> float:
+def driving_time_s(
+    station_m: float,
+    speed_m_s: float,
+    acceleration_m_s2: float,
+    limit_m_s: float,
+    comfort_m_s2: float,
+    stops: Sequence[StopPoint],
+    caps: Sequence[SpeedCap],
+    horizon_s: float,
+) -> float:
     """For how long a car that keeps to the ceiling is in motion before it stands at a stop point, at most horizon_s."""
     step_s, time_s, speed = 0.25, 0.0, speed_m_s
     last = min((stop.station_m for stop in stops), default=inf)

@@ -29,5 +29,6 @@ def match_note(at: RoadPoint, heading_rad: float, speed_m_s: float, road: Road) 
 
 def is_near(at: RoadPoint, heading_rad: float, road: Road) -> bool:
     """Whether the plan can be joined from here at all."""
-    return (abs(at.offset_m - road.own_lane_offset_m) < 2 * OFFSET_M
-            and abs(wrap_angle(heading_rad - at.heading_rad)) < 2 * HEADING_RAD)
+    return (
+        abs(at.offset_m - road.own_lane_offset_m) < 2 * OFFSET_M and abs(wrap_angle(heading_rad - at.heading_rad)) < 2 * HEADING_RAD
+    )

@@ -52,19 +52,27 @@ class MonitorState:
     clear_since_ns: int | None = None  # every channel below its lower threshold since
 
 
-def judge(state: MonitorState, levels: Sequence[Level], trouble: Trouble, now_ns: int, settings: MonitorSettings
-          ) -> MonitorState:
+def judge(state: MonitorState, levels: Sequence[Level], trouble: Trouble, now_ns: int, settings: MonitorSettings) -> MonitorState:
     """One look at all channels."""
-    channels = {level.channel: _channel(state.channels.get(level.channel, Channel()), level.level, now_ns, settings)
-                for level in levels}
-    evidence = tuple(Evidence(channel=level.channel, level=level.level, high=channels[level.channel].high,
-                              text=level.text) for level in levels)
+    channels = {
+        level.channel: _channel(state.channels.get(level.channel, Channel()), level.level, now_ns, settings) for level in levels
+    }
+    evidence = tuple(
+        Evidence(channel=level.channel, level=level.level, high=channels[level.channel].high, text=level.text) for level in levels
+    )
     clear = all(level.level < settings.low for level in levels)
     since = _since(state.clear_since_ns, clear, now_ns)
     request = _request(state, channels, levels, trouble, now_ns, settings)
     raised = request is not None and state.request is None
-    return replace(state, channels=channels, evidence=evidence, request=request, requests=state.requests + raised,
-                   clear_since_ns=since, doubt=_doubt(request, clear))
+    return replace(
+        state,
+        channels=channels,
+        evidence=evidence,
+        request=request,
+        requests=state.requests + raised,
+        clear_since_ns=since,
+        doubt=_doubt(request, clear),
+    )
 
 
 def clear_s(state: MonitorState, now_ns: int) -> float:
@@ -89,15 +97,25 @@ def _channel(channel: Channel, level: float, now_ns: int, settings: MonitorSetti
     return Channel(high, above, below)
 
 
-def _request(state: MonitorState, channels: Mapping[str, Channel], levels: Sequence[Level], trouble: Trouble,
-             now_ns: int, settings: MonitorSettings) -> TakeoverRequest | None:
+def _request(
+    state: MonitorState,
+    channels: Mapping[str, Channel],
+    levels: Sequence[Level],
+    trouble: Trouble,
+    now_ns: int,
+    settings: MonitorSettings,
+) -> TakeoverRequest | None:
     if not any(channel.high for channel in channels.values()):
         return None
-    speaking = tuple(Reason(channel=level.channel, text=level.text) for level in levels
-                     if channels[level.channel].high or level.level >= settings.high)
+    speaking = tuple(
+        Reason(channel=level.channel, text=level.text)
+        for level in levels
+        if channels[level.channel].high or level.level >= settings.high
+    )
     if state.request is None:
-        return TakeoverRequest(number=state.requests + 1, raised_ns=now_ns, reasons=speaking, budget_s=trouble.budget_s,
-                               place=trouble.place)
+        return TakeoverRequest(
+            number=state.requests + 1, raised_ns=now_ns, reasons=speaking, budget_s=trouble.budget_s, place=trouble.place
+        )
     known = {reason.channel for reason in state.request.reasons}
     more = tuple(reason for reason in speaking if reason.channel not in known)
     if not more:

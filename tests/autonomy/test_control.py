@@ -50,8 +50,7 @@ def test_from_standstill_to_standstill_in_comfort() -> None:
 
 
 @given(speed=st.floats(0.0, 10.0), bound=st.floats(0.0, 10.0), slope=st.floats(-7.0, 0.0), before=st.floats(-8.0, 1.2))
-def test_no_command_leaves_its_bounds_and_shadow_remembers_nothing(speed: float, bound: float, slope: float,
-                                                                   before: float) -> None:
+def test_no_command_leaves_its_bounds_and_shadow_remembers_nothing(speed: float, bound: float, slope: float, before: float) -> None:
     start = SpeedState(acceleration_m_s2=before, integral_m_s2=0.3)
     made = wanted_acceleration(start, speed, Ceiling(bound, slope), True, 0.01, SPEED)
     assert -8.0 <= made.acceleration_m_s2 <= 1.2
@@ -77,10 +76,19 @@ def test_left_of_the_path_it_steers_right_and_the_other_way_round(offset: float,
     assert abs(angle(offset, turn)) <= SHAPE.road_wheel_angle_max_rad
 
 
-@pytest.mark.parametrize(("offset", "heading", "speed", "says"), [
-    (-1.75, 0.0, 5.0, ""), (-1.3, 0.1, 6.9, ""), (-1.2, 0.0, 5.0, "left of the middle"),
-    (-2.4, 0.0, 5.0, "right of the middle"), (-1.75, 0.15, 5.0, "deg left"), (-1.75, -0.15, 5.0, "deg right"),
-    (-1.75, 0.0, 7.5, "above the limit"), (-1.75, 0.0, -1.0, "backwards")])
+@pytest.mark.parametrize(
+    ("offset", "heading", "speed", "says"),
+    [
+        (-1.75, 0.0, 5.0, ""),
+        (-1.3, 0.1, 6.9, ""),
+        (-1.2, 0.0, 5.0, "left of the middle"),
+        (-2.4, 0.0, 5.0, "right of the middle"),
+        (-1.75, 0.15, 5.0, "deg left"),
+        (-1.75, -0.15, 5.0, "deg right"),
+        (-1.75, 0.0, 7.5, "above the limit"),
+        (-1.75, 0.0, -1.0, "backwards"),
+    ],
+)
 def test_the_note_says_what_keeps_the_state_from_matching(offset: float, heading: float, speed: float, says: str) -> None:
     note = match_note(RoadPoint(20.0, offset, 0.0), heading, speed, ROAD)
     assert says in note and bool(note) == bool(says)

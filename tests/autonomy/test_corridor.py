@@ -26,8 +26,7 @@ def at(station: float, offset: float, turn: float = 0.0, speed: float = 5.0) -> 
 def corners(point: tuple[float, float], ahead: tuple[float, float]) -> list[tuple[float, float]]:
     dx, dy = ahead[0] - point[0], ahead[1] - point[1]
     c, s = dx / hypot(dx, dy), dy / hypot(dx, dy)
-    return [(point[0] + c * along - s * side, point[1] + s * along + c * side)
-            for along in (3.6, -0.9) for side in (0.88, -0.88)]
+    return [(point[0] + c * along - s * side, point[1] + s * along + c * side) for along in (3.6, -0.9) for side in (0.88, -0.88)]
 
 
 @settings(max_examples=60, deadline=None)

@@ -84,8 +84,7 @@ class World:
         if site is not None:
             places = [(site.station_m - 8 + 2.7 * i, side * (3.15 - 0.9 * i), "cone") for i in range(3)]
             places += [(site.station_m + 1.5 + 3 * i, side * 0.35, "cone") for i in range(int(site.length_m // 3))]
-            places += [(site.station_m + end, side * (0.55 + 0.8 * i), "barrier") for end in (0.0, site.length_m)
-                       for i in range(4)]
+            places += [(site.station_m + end, side * (0.55 + 0.8 * i), "barrier") for end in (0.0, site.length_m) for i in range(4)]
             self.static = [(kind, *self.road.to_world(s, d)[:2], 0.2 if kind == "cone" else 0.4) for s, d, kind in places]
 
     @property
@@ -125,15 +124,29 @@ class World:
     def sense(self, mode: Mode, tick: int) -> Inputs:
         gauss, now = self.random.gauss, self.now_ns
         rate = self.speed * tan(self.angle) / 2.7 + 0.002
-        new: dict[str, object] = {"imu": Imu(
-            stamp_ns=now, acceleration_x_m_s2=self.acceleration + gauss(0.05, 0.05), acceleration_y_m_s2=0.0,
-            acceleration_z_m_s2=9.81, roll_rate_rad_s=0.0, pitch_rate_rad_s=0.0, yaw_rate_rad_s=gauss(rate, 0.003))}
+        new: dict[str, object] = {
+            "imu": Imu(
+                stamp_ns=now,
+                acceleration_x_m_s2=self.acceleration + gauss(0.05, 0.05),
+                acceleration_y_m_s2=0.0,
+                acceleration_z_m_s2=9.81,
+                roll_rate_rad_s=0.0,
+                pitch_rate_rad_s=0.0,
+                yaw_rate_rad_s=gauss(rate, 0.003),
+            )
+        }
         if tick % 2 == 0:
             new["wheels"] = self._wheels()
             new["gateway"] = status(mode, now)
         if tick % 10 == 0:
-            new["gnss"] = Gnss(stamp_ns=now, x_m=gauss(self.x, 0.06), y_m=gauss(self.y, 0.06), deviation_m=0.06,
-                               heading_rad=wrapped(gauss(self.heading, 0.006)), heading_deviation_rad=0.006)
+            new["gnss"] = Gnss(
+                stamp_ns=now,
+                x_m=gauss(self.x, 0.06),
+                y_m=gauss(self.y, 0.06),
+                deviation_m=0.06,
+                heading_rad=wrapped(gauss(self.heading, 0.006)),
+                heading_deviation_rad=0.006,
+            )
         if tick % 10 == 5:
             new["objects"] = self._objects()
         fields = {name: getattr(self.inputs, name) for name in ("imu", "gnss", "wheels", "objects", "gateway")}
@@ -142,8 +155,14 @@ class World:
 
     def _wheels(self) -> WheelSpeeds:
         speed = 0.0 if self.speed == 0.0 else self.speed * 1.003 + self.random.gauss(0, 0.03)
-        return WheelSpeeds(stamp_ns=self.now_ns, front_left_m_s=speed, front_right_m_s=speed, rear_left_m_s=speed,
-                           rear_right_m_s=speed, road_wheel_angle_rad=self.angle)
+        return WheelSpeeds(
+            stamp_ns=self.now_ns,
+            front_left_m_s=speed,
+            front_right_m_s=speed,
+            rear_left_m_s=speed,
+            rear_right_m_s=speed,
+            road_wheel_angle_rad=self.angle,
+        )
 
     def _objects(self) -> ObjectList:
         gauss, found = self.random.gauss, []
@@ -156,8 +175,9 @@ class World:
                 found.append(DetectedObject(x_m=gauss(ahead, sigma), y_m=gauss(left, sigma), radius_m=radius, kind=name))
         if self.random.random() < self.false_per_list:
             kind = self.random.choice(("unknown", "person", "cone"))
-            found.append(DetectedObject(x_m=self.random.uniform(-50, 50), y_m=self.random.uniform(-50, 50), radius_m=0.3,
-                                        kind=kind))
+            found.append(
+                DetectedObject(x_m=self.random.uniform(-50, 50), y_m=self.random.uniform(-50, 50), radius_m=0.3, kind=kind)
+            )
         self.random.shuffle(found)
         return ObjectList(stamp_ns=self.now_ns, range_m=50.0, objects=tuple(found))
 
@@ -168,10 +188,25 @@ def wrapped(angle: float) -> float:
 
 def status(mode: Mode, now_ns: int) -> GatewayStatus:
     return GatewayStatus(
-        stamp_ns=now_ns, boot_id="b", mode=mode, mode_since_ns=0, cause="", lease_holder="", lease_epoch=0,
-        hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0,
-        guard_remaining_s=0.0, hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0,
-        stops_in_ten_minutes=0, dropped={})
+        stamp_ns=now_ns,
+        boot_id="b",
+        mode=mode,
+        mode_since_ns=0,
+        cause="",
+        lease_holder="",
+        lease_epoch=0,
+        hand_over=HandOver(number=0, action="", state="", rule=""),
+        request=None,
+        budget_remaining_s=0.0,
+        guard_remaining_s=0.0,
+        hand_back_ready=False,
+        hand_back_note="",
+        take_refused="",
+        failsafe="",
+        stop_number=0,
+        stops_in_ten_minutes=0,
+        dropped={},
+    )
 
 
 def setup_for(road: Road) -> Setup:
@@ -184,8 +219,7 @@ def default_scenario(with_site: bool, map_name: str = "bend.toml") -> tuple[Scen
     scenario, _ = read_scenario(shipped("scenarios", "closed_road.toml"))
     road = Road(read_map(shipped("maps", map_name)))
     mirror = -road.own_side
-    people = tuple(msgspec.structs.replace(person, way=tuple((s, mirror * d) for s, d in person.way))
-                   for person in scenario.people)
+    people = tuple(msgspec.structs.replace(person, way=tuple((s, mirror * d) for s, d in person.way)) for person in scenario.people)
     site = scenario.site if with_site else None
     return msgspec.structs.replace(scenario, site=site, people=people), road
 
@@ -386,5 +420,3 @@ def test_stale_objects_make_it_unhealthy_at_once_and_take_the_corridor_away() ->
     assert first - frozen.stamp_ns == pytest.approx(510_000_000, abs=20_000_000)
     assert "object list" in told[-1][1].health_note
     assert corridor == ()
-
-

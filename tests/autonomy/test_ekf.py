@@ -18,18 +18,37 @@ def truth(t: float) -> tuple[float, float, float]:
 
 
 def imu(t: float, rate: float, ax: float = 0.0) -> Imu:
-    return Imu(stamp_ns=round(t * 1e9), acceleration_x_m_s2=ax, acceleration_y_m_s2=0.0, acceleration_z_m_s2=9.81,
-               roll_rate_rad_s=0.0, pitch_rate_rad_s=0.0, yaw_rate_rad_s=rate)
+    return Imu(
+        stamp_ns=round(t * 1e9),
+        acceleration_x_m_s2=ax,
+        acceleration_y_m_s2=0.0,
+        acceleration_z_m_s2=9.81,
+        roll_rate_rad_s=0.0,
+        pitch_rate_rad_s=0.0,
+        yaw_rate_rad_s=rate,
+    )
 
 
 def wheels(t: float, speed: float, angle: float = 0.0) -> WheelSpeeds:
-    return WheelSpeeds(stamp_ns=round(t * 1e9), front_left_m_s=speed, front_right_m_s=speed, rear_left_m_s=speed,
-                       rear_right_m_s=speed, road_wheel_angle_rad=angle)
+    return WheelSpeeds(
+        stamp_ns=round(t * 1e9),
+        front_left_m_s=speed,
+        front_right_m_s=speed,
+        rear_left_m_s=speed,
+        rear_right_m_s=speed,
+        road_wheel_angle_rad=angle,
+    )
 
 
 def gnss(t: float, place: tuple[float, float, float], deviation: float = 0.05) -> Gnss:
-    return Gnss(stamp_ns=round(t * 1e9), x_m=place[0], y_m=place[1], deviation_m=deviation, heading_rad=place[2],
-                heading_deviation_rad=0.006)
+    return Gnss(
+        stamp_ns=round(t * 1e9),
+        x_m=place[0],
+        y_m=place[1],
+        deviation_m=deviation,
+        heading_rad=place[2],
+        heading_deviation_rad=0.006,
+    )
 
 
 def circle(seconds: float, random: Random, bias: float = 0.004, gnss_until: float = 1e9) -> Estimate:

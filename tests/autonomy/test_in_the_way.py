@@ -21,12 +21,27 @@ LOW, HIGH = -1.75 - 1.38, -1.75 + 1.38
 HALF = 0.88
 
 
-def thing(x: float, y: float, vx: float = 0.0, vy: float = 0.0, radius: float = 0.3, kind: str = "person",
-          number: int = 1) -> OnRoad:
+def thing(
+    x: float, y: float, vx: float = 0.0, vy: float = 0.0, radius: float = 0.3, kind: str = "person", number: int = 1
+) -> OnRoad:
     static = vx == 0.0 and vy == 0.0
-    track = Track(number=number, stamp_ns=0, born_ns=0, x_m=x, y_m=y, velocity_x_m_s=vx, velocity_y_m_s=vy,
-                  position_variance=0.004, cross_variance=0.004, velocity_variance=0.02, radius_m=radius,
-                  votes=((kind, 9),), hits=9, confirmed=True, static=static)
+    track = Track(
+        number=number,
+        stamp_ns=0,
+        born_ns=0,
+        x_m=x,
+        y_m=y,
+        velocity_x_m_s=vx,
+        velocity_y_m_s=vy,
+        position_variance=0.004,
+        cross_variance=0.004,
+        velocity_variance=0.02,
+        radius_m=radius,
+        votes=((kind, 9),),
+        hits=9,
+        confirmed=True,
+        static=static,
+    )
     return on_road(track, ROAD, 20.0)
 
 

@@ -68,8 +68,8 @@ def test_a_request_is_raised_exactly_by_four_looks_in_a_row_at_the_threshold(lev
     states = run([{"a": level} for level in levels])
     for i, state in enumerate(states):
         before = states[i - 1].request if i else None
-        four = i >= 3 and all(level >= 0.8 for level in levels[i - 3:i + 1])
+        four = i >= 3 and all(level >= 0.8 for level in levels[i - 3 : i + 1])
         if before is None:
             assert (state.request is not None) == four
         elif state.request is None:
-            assert i >= 30 and all(level < 0.5 for level in levels[i - 30:i + 1])
+            assert i >= 30 and all(level < 0.5 for level in levels[i - 30 : i + 1])

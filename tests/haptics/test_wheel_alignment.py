@@ -12,8 +12,18 @@ from haptics.virtual_wheel import VirtualWheel, turned
 HAPTICS = HapticsSettings()
 LIMITS = HAPTICS.wheel_limits()
 TICK_NS = 4_000_000
-CALM = WheelInputs(angle_rad=0.0, rate_rad_s=0.0, car_angle_rad=0.0, telemetry_age_ns=0, speed_m_s=3.0, lateral_m_s2=0.0,
-                   lock_rad=8.4, wanted=False, driving=False, armed=True)
+CALM = WheelInputs(
+    angle_rad=0.0,
+    rate_rad_s=0.0,
+    car_angle_rad=0.0,
+    telemetry_age_ns=0,
+    speed_m_s=3.0,
+    lateral_m_s2=0.0,
+    lock_rad=8.4,
+    wanted=False,
+    driving=False,
+    armed=True,
+)
 
 
 @dataclass
@@ -72,8 +82,9 @@ def test_ready_comes_half_a_second_after_the_wheel_is_within_three_degrees() -> 
     assert bench.run(0.2).state.phase is Phase.READY
 
 
-@pytest.mark.parametrize("trouble", [{"armed": False}, {"telemetry_age_ns": 201_000_000}, {"car_angle_rad": None},
-                                     {"car_angle_rad": 0.06}])
+@pytest.mark.parametrize(
+    "trouble", [{"armed": False}, {"telemetry_age_ns": 201_000_000}, {"car_angle_rad": None}, {"car_angle_rad": 0.06}]
+)
 def test_nothing_is_ready_with_unarmed_pedals_old_telemetry_or_more_than_three_degrees(trouble: dict[str, object]) -> None:
     bench = Bench().run(3.0, wanted=True, car_angle_rad=0.0)
     assert bench.state.phase is Phase.READY
@@ -125,15 +136,22 @@ def test_a_take_over_nobody_wants_any_more_is_let_go() -> None:
     assert bench.run(0.4).state.phase is Phase.IDLE
 
 
-SIGNALS = st.fixed_dictionaries({
-    "angle_rad": st.floats(-8, 8), "car_angle_rad": st.one_of(st.none(), st.floats(-8, 8)),
-    "telemetry_age_ns": st.one_of(st.none(), st.integers(0, 10**9)), "wanted": st.booleans(), "driving": st.booleans(),
-    "armed": st.booleans()})
+SIGNALS = st.fixed_dictionaries(
+    {
+        "angle_rad": st.floats(-8, 8),
+        "car_angle_rad": st.one_of(st.none(), st.floats(-8, 8)),
+        "telemetry_age_ns": st.one_of(st.none(), st.integers(0, 10**9)),
+        "wanted": st.booleans(),
+        "driving": st.booleans(),
+        "armed": st.booleans(),
+    }
+)
 
 
 @given(history=st.lists(st.tuples(SIGNALS, st.integers(1, 300)), max_size=40))
 def test_the_phase_is_active_exactly_while_the_operator_drives_and_ready_only_when_everything_is(
-        history: list[tuple[dict[str, object], int]]) -> None:
+    history: list[tuple[dict[str, object], int]],
+) -> None:
     state, now_ns = WheelState(), 0
     for signals, milliseconds in history:
         now_ns += milliseconds * 1_000_000

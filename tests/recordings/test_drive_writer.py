@@ -41,12 +41,15 @@ def test_times_are_those_of_arrival_and_of_the_sender(recorded: Callable[..., Pa
 
 def test_a_towers_stamp_goes_through_the_offset_told_before(recorded: Callable[..., Path], build: Any) -> None:
     hour = 3_600_000 * MS
-    path = recorded([
-        ("drive_command", build.command(1, event_ns=hour + 1 * MS), 2 * MS),  # no offset yet
-        ("operator_status", build.operator(hour + 3 * MS, offset_ns=-999 * MS, bound_ns=0), 3 * MS),  # not measured
-        ("drive_command", build.command(1, event_ns=hour + 2 * MS), 3 * MS),
-        ("operator_status", build.operator(hour + 3 * MS, offset_ns=-hour, bound_ns=MS), 4 * MS),
-        ("drive_command", build.command(2, event_ns=hour + 5 * MS), 7 * MS)])
+    path = recorded(
+        [
+            ("drive_command", build.command(1, event_ns=hour + 1 * MS), 2 * MS),  # no offset yet
+            ("operator_status", build.operator(hour + 3 * MS, offset_ns=-999 * MS, bound_ns=0), 3 * MS),  # not measured
+            ("drive_command", build.command(1, event_ns=hour + 2 * MS), 3 * MS),
+            ("operator_status", build.operator(hour + 3 * MS, offset_ns=-hour, bound_ns=MS), 4 * MS),
+            ("drive_command", build.command(2, event_ns=hour + 5 * MS), 7 * MS),
+        ]
+    )
     published = [message.publish_time - build.utc_ns for message in records(path, "drive_command")]
     assert published == [2 * MS, 3 * MS, 5 * MS]
 
@@ -129,12 +132,22 @@ def nal_types(annex_b: bytes) -> list[int]:
 def test_recorded_video_decodes_frame_by_frame(recorded: Callable[..., Path], build: Any) -> None:
     grey = [np.full((96, 128, 3), 20 * number, dtype=np.uint8) for number in range(10)]
     units = encoded(grey)
-    path = recorded([("video", pack_picture(EncodedPicture(
-        camera="front", capture_ns=number * 33 * MS, sequence=number, is_idr=number % 4 == 0, annex_b=unit)),
-        number * 33 * MS + MS) for number, unit in enumerate(units)])
+    path = recorded(
+        [
+            (
+                "video",
+                pack_picture(
+                    EncodedPicture(
+                        camera="front", capture_ns=number * 33 * MS, sequence=number, is_idr=number % 4 == 0, annex_b=unit
+                    )
+                ),
+                number * 33 * MS + MS,
+            )
+            for number, unit in enumerate(units)
+        ]
+    )
     decoder: Any = av.CodecContext.create("h264", "r")
-    times = [(message.publish_time - build.utc_ns, message.log_time - build.utc_ns)
-             for message in records(path, "video/front")]
+    times = [(message.publish_time - build.utc_ns, message.log_time - build.utc_ns) for message in records(path, "video/front")]
     assert times == [(number * 33 * MS, number * 33 * MS + MS) for number in range(10)]
     with open_recording(path) as recording:
         assert recording.cameras == ("front",)
@@ -142,7 +155,8 @@ def test_recorded_video_decodes_frame_by_frame(recorded: Callable[..., Path], bu
     assert [picture.capture_ns for picture in pictures] == [number * 33 * MS for number in range(10)]
     assert [picture.is_idr for picture in pictures] == [number % 4 == 0 for number in range(10)]
     assert all(7 in nal_types(picture.annex_b) for picture in pictures if picture.is_idr)
-    levels = [frame.to_ndarray(format="rgb24").mean() for picture in pictures
-              for frame in decoder.decode(av.Packet(picture.annex_b))]
+    levels = [
+        frame.to_ndarray(format="rgb24").mean() for picture in pictures for frame in decoder.decode(av.Packet(picture.annex_b))
+    ]
     levels += [frame.to_ndarray(format="rgb24").mean() for frame in decoder.decode(None)]
     assert levels == pytest.approx([20 * number for number in range(10)], abs=4)

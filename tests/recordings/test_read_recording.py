@@ -49,8 +49,10 @@ def test_a_topic_that_was_not_recorded_is_empty(recorded: Callable[..., Path], b
 
 
 def test_pictures_of_two_cameras_are_kept_apart(recorded: Callable[..., Path]) -> None:
-    pictures = [EncodedPicture(camera=name, capture_ns=number * MS, sequence=number, is_idr=False,
-                               annex_b=b"\0\0\1\x41") for number, name in enumerate(("front", "rear", "front"))]
+    pictures = [
+        EncodedPicture(camera=name, capture_ns=number * MS, sequence=number, is_idr=False, annex_b=b"\0\0\1\x41")
+        for number, name in enumerate(("front", "rear", "front"))
+    ]
     path = recorded([("video", pack_picture(picture), picture.capture_ns + 1) for picture in pictures])
     with open_recording(path) as recording:
         assert recording.topics == {"video/front": 2, "video/rear": 1}
@@ -72,7 +74,7 @@ def test_a_truncated_file_names_the_command_that_helps(recorded: Callable[..., P
 def test_a_damaged_file_names_the_command_that_helps(recorded: Callable[..., Path], build: Any) -> None:
     path = recorded(build.imu_rows(10))
     data = bytearray(path.read_bytes())
-    data[len(data) // 3:len(data) // 3 + 400] = bytes(400)
+    data[len(data) // 3 : len(data) // 3 + 400] = bytes(400)
     path.write_bytes(data)
     assert failure(path).endswith(f"run: recordings recover {path}")
 

@@ -157,13 +157,16 @@ def test_a_real_recorder_at_a_real_hub_finishes_its_file_when_asked_to_stop(buil
     (tmp_path / "test.toml").write_text(
         f'[wire.link]\ncertificates = "{tmp_path / "certificates"}"\ncar_hub = "127.0.0.1:7493"\n'
         f'[wire.session]\nfolder = "{tmp_path / "session"}"\n'
-        '[vehicle_gateway.simulation]\nscenario = "closed_road.toml"\n[autonomy]\nmap = "bend.toml"\n')
+        '[vehicle_gateway.simulation]\nscenario = "closed_road.toml"\n[autonomy]\nmap = "bend.toml"\n'
+    )
     settings = LinkSettings(certificates=str(tmp_path / "certificates"), car_hub="127.0.0.1:7493")
     clock, heard = Clock(), threading.Event()
     with open_link(settings, Role.VEHICLE_HUB, clock, threading.Event(), hub=True) as link:
         link.on("car_health", lambda message, _: heard.set())  # the recorder speaks: it has subscribed
-        program = subprocess.Popen([sys.executable, "-m", "recordings.program", "record", "--config",
-                                    str(tmp_path / "test.toml")], env={**os.environ, "PYTHONPATH": str(ROOT)})
+        program = subprocess.Popen(
+            [sys.executable, "-m", "recordings.program", "record", "--config", str(tmp_path / "test.toml")],
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )
         try:
             assert heard.wait(20)
             for number in range(1, 51):

@@ -54,8 +54,12 @@ with Pace(RecordingsSettings().flush_period_ms / 1e3, Clock(), stop) as pace:
 @pytest.mark.parametrize("kill_after", [300, 347, 391])  # messages: other places within a flush period
 def test_a_killed_recorder_loses_at_most_a_fifth_of_a_second(tmp_path: Path, kill_after: int) -> None:
     path = tmp_path / "drive.mcap"
-    writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, text=True,
-                              env={**os.environ, "PYTHONPATH": str(Path(recordings.__file__).resolve().parents[1])})
+    writer = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(path)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(recordings.__file__).resolve().parents[1])},
+    )
     assert writer.stdout is not None
     fed = [int(writer.stdout.readline()) for _ in range(kill_after)]
     writer.send_signal(signal.SIGKILL)

@@ -10,8 +10,9 @@ from recordings.schemas import json_schema
 from recordings.writer import Undecodable
 from wire.topics import TOPICS
 
-TYPES = sorted({topic.type for topic in TOPICS.values() if topic.recorded and topic.type} | {Undecodable},
-               key=lambda found: found.__name__)
+TYPES = sorted(
+    {topic.type for topic in TOPICS.values() if topic.recorded and topic.type} | {Undecodable}, key=lambda found: found.__name__
+)
 
 
 def refusals(node: dict[str, Any], where: str) -> list[str]:
@@ -21,8 +22,7 @@ def refusals(node: dict[str, Any], where: str) -> list[str]:
     if node["type"] == "object":
         if not isinstance(node.get("properties"), dict):
             return [*found, f"{where}: no properties"]
-        return found + [refusal for name, field in node["properties"].items()
-                        for refusal in refusals(field, f"{where}.{name}")]
+        return found + [refusal for name, field in node["properties"].items() for refusal in refusals(field, f"{where}.{name}")]
     if node["type"] == "array":
         items = node.get("items")
         if not isinstance(items, dict) or items.get("type") == "array":
@@ -42,8 +42,11 @@ def test_a_viewer_refuses_no_channel(message_type: Any) -> None:
 def test_every_number_of_a_message_can_be_plotted(message_type: Any) -> None:
     described = json.loads(json_schema(message_type))["properties"]
     fields = inspect.type_info(message_type).fields  # type: ignore[attr-defined]
-    numbers = {field.name: "integer" if isinstance(field.type, inspect.IntType) else "number"
-               for field in fields if isinstance(field.type, inspect.IntType | inspect.FloatType)}
+    numbers = {
+        field.name: "integer" if isinstance(field.type, inspect.IntType) else "number"
+        for field in fields
+        if isinstance(field.type, inspect.IntType | inspect.FloatType)
+    }
     assert {name: described[name]["type"] for name in numbers} == numbers
 
 

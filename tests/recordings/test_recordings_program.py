@@ -19,9 +19,22 @@ def test_info_as_json_is_the_summary_with_its_promised_keys(recorded: Callable[.
     result = run("info", recorded(build.imu_rows(3)), "--json")
     assert result.exit_code == 0
     assert set(json.loads(result.stdout)) == {
-        "recording", "versions", "drive_s", "distance_m", "modes_s", "takeovers", "collisions", "goal_reached",
-        "gate_interventions", "loop_age_ms", "cameras", "command_rate_hz", "wheel_to_can_ms", "messages_dropped",
-        "loops"}
+        "recording",
+        "versions",
+        "drive_s",
+        "distance_m",
+        "modes_s",
+        "takeovers",
+        "collisions",
+        "goal_reached",
+        "gate_interventions",
+        "loop_age_ms",
+        "cameras",
+        "command_rate_hz",
+        "wheel_to_can_ms",
+        "messages_dropped",
+        "loops",
+    }
     assert json.loads(result.stdout)["recording"]["topics"] == {"imu": 3}
 
 
@@ -31,8 +44,7 @@ def test_info_for_people_names_the_channels(recorded: Callable[..., Path], build
     assert "201 messages on 1 channels" in result.stdout and "100.5 Hz" in result.stdout
 
 
-def test_a_truncated_recording_is_one_line_and_exit_code_2_until_it_is_recovered(recorded: Callable[..., Path],
-                                                                                build: Any) -> None:
+def test_a_truncated_recording_is_one_line_and_exit_code_2_until_it_is_recovered(recorded: Callable[..., Path], build: Any) -> None:
     path = recorded(build.imu_rows(10), flush_every=5)
     path.write_bytes(path.read_bytes()[:-40])
     result = run("info", path)
@@ -51,18 +63,20 @@ def test_a_whole_recording_is_said_to_be_whole_and_left_alone(recorded: Callable
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_parts_are_joined_into_the_file_that_is_asked_for(recorded: Callable[..., Path], build: Any,
-                                                          tmp_path: Path) -> None:
+def test_parts_are_joined_into_the_file_that_is_asked_for(recorded: Callable[..., Path], build: Any, tmp_path: Path) -> None:
     parts = [recorded(build.imu_rows(3)), recorded(build.imu_rows(4, start_ns=10**9))]
     result = run("recover", *parts, "--output", tmp_path / "joined.mcap")
     assert (result.exit_code, result.stdout.splitlines()[-1]) == (0, f"{tmp_path / 'joined.mcap'}: 7 messages saved")
 
 
-@pytest.mark.parametrize(("text", "says"), [
-    ("[recordings]\nflush_period_ms = 500\n", "recordings.flush_period_ms"),
-    ("[recordings]\nflush = 1\n", "allowed keys: flush_period_ms, queue_limit"),
-    ('[wire.session]\nfolder = "/dev/null/sessions"\n', "choose another folder with [wire.session] folder"),
-])
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[recordings]\nflush_period_ms = 500\n", "recordings.flush_period_ms"),
+        ("[recordings]\nflush = 1\n", "allowed keys: flush_period_ms, queue_limit"),
+        ('[wire.session]\nfolder = "/dev/null/sessions"\n', "choose another folder with [wire.session] folder"),
+    ],
+)
 def test_a_wrong_configuration_is_one_line_and_exit_code_2(tmp_path: Path, text: str, says: str) -> None:
     (tmp_path / "wrong.toml").write_text(text)
     result = run("record", "--config", tmp_path / "wrong.toml")

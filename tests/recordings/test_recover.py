@@ -80,7 +80,7 @@ def test_a_damaged_chunk_costs_only_itself(whole: Path, tmp_path: Path, chunk: i
     assert (part.whole, part.damaged_chunks) == (False, 1)
     assert recover([part], tmp_path / "saved.mcap") == 60 - CHUNK_MESSAGES
     left = stamps(whole)
-    del left[chunk * CHUNK_MESSAGES:(chunk + 1) * CHUNK_MESSAGES]
+    del left[chunk * CHUNK_MESSAGES : (chunk + 1) * CHUNK_MESSAGES]
     assert stamps(tmp_path / "saved.mcap") == left
 
 
@@ -101,8 +101,7 @@ def test_one_changed_byte_never_brings_a_message_that_was_not_recorded(whole: Pa
         assert set(stamps(saved)) <= written
 
 
-def test_a_recovered_file_still_says_what_made_it(
-        recorded: Callable[..., Path], build: Any, tmp_path: Path) -> None:
+def test_a_recovered_file_still_says_what_made_it(recorded: Callable[..., Path], build: Any, tmp_path: Path) -> None:
     path = recorded(build.imu_rows(10), flush_every=5)
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(path.read_bytes()[:-30])
@@ -112,8 +111,9 @@ def test_a_recovered_file_still_says_what_made_it(
         assert saved.attachments() == original.attachments()
 
 
-def test_parts_are_joined_in_the_order_of_time_whatever_the_order_of_names(recorded: Callable[..., Path], build: Any,
-                                                                           tmp_path: Path) -> None:
+def test_parts_are_joined_in_the_order_of_time_whatever_the_order_of_names(
+    recorded: Callable[..., Path], build: Any, tmp_path: Path
+) -> None:
     first = recorded(build.imu_rows(5))
     second = recorded(build.imu_rows(4, start_ns=10**9))
     parts = [examine(second), examine(first)]
@@ -128,8 +128,7 @@ def test_parts_are_joined_in_the_order_of_time_whatever_the_order_of_names(recor
     assert (len(summary.metadata_indexes), len(summary.attachment_indexes)) == (3, 1)  # what both say is said once
 
 
-def test_parts_of_different_vehicles_are_not_one_drive(recorded: Callable[..., Path], build: Any,
-                                                       tmp_path: Path) -> None:
+def test_parts_of_different_vehicles_are_not_one_drive(recorded: Callable[..., Path], build: Any, tmp_path: Path) -> None:
     parts = [examine(recorded(build.imu_rows(1), vehicle_id=name)) for name in ("car-1", "car-2")]
     with pytest.raises(RecordingError, match="different vehicles"):
         recover(parts, tmp_path / "joined.mcap")

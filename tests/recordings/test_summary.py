@@ -23,39 +23,64 @@ def summary_of(path: Path) -> Summary:
 def drive(build: Any, tmp_path_factory: pytest.TempPathFactory) -> Summary:
     """Autonomous; a request at 3.0 s; remote from 5.5 s; handing back from 8.0 s; autonomous from 9.0 s to 10.0 s."""
     request = build.request(1, 3000 * MS)
-    modes = [(1000, Mode.AUTONOMOUS, 200, None), (3050, Mode.TAKEOVER_REQUESTED, 3020, request),
-             (5510, Mode.REMOTE, 5500, request), (8000, Mode.HANDING_BACK, 8000, None),
-             (9010, Mode.AUTONOMOUS, 9000, None), (10_000, Mode.AUTONOMOUS, 9000, None)]
-    rows: list[Any] = [("gateway_status", build.status(at * MS, mode, since * MS, asked), at * MS)
-                       for at, mode, since, asked in modes]
+    modes = [
+        (1000, Mode.AUTONOMOUS, 200, None),
+        (3050, Mode.TAKEOVER_REQUESTED, 3020, request),
+        (5510, Mode.REMOTE, 5500, request),
+        (8000, Mode.HANDING_BACK, 8000, None),
+        (9010, Mode.AUTONOMOUS, 9000, None),
+        (10_000, Mode.AUTONOMOUS, 9000, None),
+    ]
+    rows: list[Any] = [
+        ("gateway_status", build.status(at * MS, mode, since * MS, asked), at * MS) for at, mode, since, asked in modes
+    ]
     # The tower's clock is an hour ahead; later it measures the offset 2 ms better.
-    rows += [("operator_status", build.operator((HOUR + 5000) * MS, -(HOUR + 2) * MS, 4 * MS), 5001 * MS),
-             ("operator_status", build.operator((HOUR + 6500) * MS, -HOUR * MS, 1 * MS), 6501 * MS)]
+    rows += [
+        ("operator_status", build.operator((HOUR + 5000) * MS, -(HOUR + 2) * MS, 4 * MS), 5001 * MS),
+        ("operator_status", build.operator((HOUR + 6500) * MS, -HOUR * MS, 1 * MS), 6501 * MS),
+    ]
     # Commands at 6.000, 6.010 ... The second repeats the event of the first.
     for number, event in enumerate((5990, 5990, 6015, 7000), start=1):
         at = 6000 + 10 * number if number < 4 else 7010
         rows.append(("drive_command", build.command(number, (HOUR + event) * MS), at * MS))
     # Sent to CAN at 6012, 6022, 6033, 7012; the last command is used by two cycles.
-    for at, sequence, new, age, rules in ((6011, 1, True, 100.0, ()), (6021, 2, True, 120.0, ("rate",)),
-                                          (6032, 3, True, 140.0, ("rate", "cap")), (7011, 4, True, 300.0, ("cap",)),
-                                          (7021, 4, False, 310.0, ()), (8500, 4, False, 320.0, ("rate",)),
-                                          (9500, 9, True, 999.0, ("rate",))):
+    for at, sequence, new, age, rules in (
+        (6011, 1, True, 100.0, ()),
+        (6021, 2, True, 120.0, ("rate",)),
+        (6032, 3, True, 140.0, ("rate", "cap")),
+        (7011, 4, True, 300.0, ("cap",)),
+        (7021, 4, False, 310.0, ()),
+        (8500, 4, False, 320.0, ("rate",)),
+        (9500, 9, True, 999.0, ("rate",)),
+    ):
         mode = Mode.AUTONOMOUS if at > 9000 else Mode.REMOTE
-        rows.append(("gateway_cycle", build.cycle(at * MS, sequence, new=new, age_ms=age, mode=mode, rules=rules,
-                                                  sent_ns=(at + 1) * MS), at * MS))
+        rows.append(
+            (
+                "gateway_cycle",
+                build.cycle(at * MS, sequence, new=new, age_ms=age, mode=mode, rules=rules, sent_ns=(at + 1) * MS),
+                at * MS,
+            )
+        )
     # Front: 4 pictures on screen 50 ms apart, 80, 90, 100 and 110 ms after capture.
     for number in range(4):
         shown = 7000 + 50 * number
-        rows.append(("window_status", build.window((HOUR + shown) * MS, (
-            "front", (shown - 80 - 10 * number) * MS, (HOUR + shown) * MS)), (shown + 3) * MS))
-    rows += [("vehicle_state", build.state(at * MS, speed), at * MS)
-             for at, speed in ((2000, 0.0), (2500, 4.0), (3000, 4.0), (6000, 2.0), (7000, -2.0))]
-    rows += [("referee", build.referee(2000 * MS, 0, False), 2000 * MS),
-             ("referee", build.referee(9900 * MS, 1, True), 9900 * MS)]
-    rows += [("car_health", build.health("autonomy run", "plan", *loop, {"imu undecodable": lost}), at * MS)
-             for at, lost, loop in ((2000, 1, (10, 0, 1.5)), (3000, 3, (20, 2, 12.5)), (4000, 2, (5, 1, 2.0)))]
-    return summary_of(build.recording(tmp_path_factory.mktemp("summary") / "drive.mcap",
-                                      sorted(rows, key=lambda row: row[2])))
+        rows.append(
+            (
+                "window_status",
+                build.window((HOUR + shown) * MS, ("front", (shown - 80 - 10 * number) * MS, (HOUR + shown) * MS)),
+                (shown + 3) * MS,
+            )
+        )
+    rows += [
+        ("vehicle_state", build.state(at * MS, speed), at * MS)
+        for at, speed in ((2000, 0.0), (2500, 4.0), (3000, 4.0), (6000, 2.0), (7000, -2.0))
+    ]
+    rows += [("referee", build.referee(2000 * MS, 0, False), 2000 * MS), ("referee", build.referee(9900 * MS, 1, True), 9900 * MS)]
+    rows += [
+        ("car_health", build.health("autonomy run", "plan", *loop, {"imu undecodable": lost}), at * MS)
+        for at, lost, loop in ((2000, 1, (10, 0, 1.5)), (3000, 3, (20, 2, 12.5)), (4000, 2, (5, 1, 2.0)))
+    ]
+    return summary_of(build.recording(tmp_path_factory.mktemp("summary") / "drive.mcap", sorted(rows, key=lambda row: row[2])))
 
 
 def test_the_drive_lasts_from_the_first_to_the_last_message(drive: Summary) -> None:
@@ -66,9 +91,14 @@ def test_the_drive_lasts_from_the_first_to_the_last_message(drive: Summary) -> N
 
 
 def test_modes_count_from_the_moment_they_were_entered(drive: Summary) -> None:
-    assert drive.modes_s == pytest.approx({
-        "autonomous": (3.020 - 1.0) + (10.0 - 9.0), "takeover_requested": 5.5 - 3.02, "remote": 8.0 - 5.5,
-        "handing_back": 9.0 - 8.0})
+    assert drive.modes_s == pytest.approx(
+        {
+            "autonomous": (3.020 - 1.0) + (10.0 - 9.0),
+            "takeover_requested": 5.5 - 3.02,
+            "remote": 8.0 - 5.5,
+            "handing_back": 9.0 - 8.0,
+        }
+    )
 
 
 def test_the_takeover_is_timed_from_the_request_to_the_commit(drive: Summary) -> None:
@@ -128,17 +158,31 @@ def test_metres_are_integrated_from_the_cars_own_speed_and_never_over_a_gap(driv
 
 def test_what_cannot_be_had_is_null(recorded: Callable[..., Path], build: Any) -> None:
     found = summary_of(recorded(build.imu_rows(3)))
-    assert (found.modes_s, found.takeovers, found.collisions, found.goal_reached, found.gate_interventions,
-            found.loop_age_ms, found.command_rate_hz, found.wheel_to_can_ms, found.distance_m) == (None,) * 9
+    assert (
+        found.modes_s,
+        found.takeovers,
+        found.collisions,
+        found.goal_reached,
+        found.gate_interventions,
+        found.loop_age_ms,
+        found.command_rate_hz,
+        found.wheel_to_can_ms,
+        found.distance_m,
+    ) == (None,) * 9
     assert (found.cameras, found.loops, found.messages_dropped) == ({}, {}, {})
     assert summary_of(recorded([])).drive_s is None
 
 
-def test_without_a_measured_offset_nothing_is_claimed_across_the_clocks(recorded: Callable[..., Path],
-                                                                        build: Any) -> None:
-    found = summary_of(recorded([
-        ("operator_status", build.operator(1, 77 * MS, 0), 1 * MS),
-        ("window_status", build.window(1, ("front", 5, 6)), 2 * MS),
-        ("drive_command", build.command(1, 10), 3 * MS), ("gateway_cycle", build.cycle(4 * MS, 1), 4 * MS)]))
+def test_without_a_measured_offset_nothing_is_claimed_across_the_clocks(recorded: Callable[..., Path], build: Any) -> None:
+    found = summary_of(
+        recorded(
+            [
+                ("operator_status", build.operator(1, 77 * MS, 0), 1 * MS),
+                ("window_status", build.window(1, ("front", 5, 6)), 2 * MS),
+                ("drive_command", build.command(1, 10), 3 * MS),
+                ("gateway_cycle", build.cycle(4 * MS, 1), 4 * MS),
+            ]
+        )
+    )
     assert found.wheel_to_can_ms is None
     assert (found.cameras["front"].latency_ms, found.cameras["front"].fps) == (None, None)

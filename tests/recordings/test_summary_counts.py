@@ -31,17 +31,21 @@ def test_a_counter_that_restarts_counts_on(lives: list[list[int]]) -> None:
 
 
 def test_what_several_loops_of_a_process_repeat_counts_once(build: Any) -> None:
-    health = [build.health("tower cockpit", "commands", 1, dropped={"late": 3}),
-              build.health("tower cockpit", "platform", 1, dropped={"late": 4}),
-              build.health("autonomy run", "plan", 1, dropped={"late": 10, "wrong": 1})]
+    health = [
+        build.health("tower cockpit", "commands", 1, dropped={"late": 3}),
+        build.health("tower cockpit", "platform", 1, dropped={"late": 4}),
+        build.health("autonomy run", "plan", 1, dropped={"late": 10, "wrong": 1}),
+    ]
     assert messages_dropped([], health) == {"late": 4 + 10, "wrong": 1}
 
 
 @pytest.mark.parametrize("name", ["gateway", "vehicle-gateway run"])
 def test_what_the_gateway_says_twice_counts_once(build: Any, name: str) -> None:
     statuses = [StatusRow(1, build.status(1, Mode.REMOTE, 1, dropped={"old epoch": 5}))]
-    health = [build.health(name, "cycle", 1, dropped={"old epoch": 4}),
-              build.health("vehicle-gateway video", "camera front", 1, dropped={"old epoch": 1})]
+    health = [
+        build.health(name, "cycle", 1, dropped={"old epoch": 4}),
+        build.health("vehicle-gateway video", "camera front", 1, dropped={"old epoch": 1}),
+    ]
     assert messages_dropped(statuses, health) == {"old epoch": 5 + 1}
 
 

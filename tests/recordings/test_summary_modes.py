@@ -15,8 +15,7 @@ S = 1_000_000_000
 
 def told(build: Any, *rows: tuple[float, Mode, float, Any]) -> list[StatusRow]:
     """(second, mode, since second, request)"""
-    return [StatusRow(int(at * S), build.status(int(at * S), mode, int(since * S), request))
-            for at, mode, since, request in rows]
+    return [StatusRow(int(at * S), build.status(int(at * S), mode, int(since * S), request)) for at, mode, since, request in rows]
 
 
 def times(found: Any) -> list[tuple[float, float | None]]:
@@ -25,36 +24,54 @@ def times(found: Any) -> list[tuple[float, float | None]]:
 
 def test_a_request_that_nobody_accepts_stays_open(build: Any) -> None:
     request = build.request(1, 2 * S)
-    rows = told(build, (1, Mode.AUTONOMOUS, 0, None), (2, Mode.TAKEOVER_REQUESTED, 2, request),
-                (10, Mode.SAFE_STOP, 10, request), (12, Mode.STOPPED, 12, request))
+    rows = told(
+        build,
+        (1, Mode.AUTONOMOUS, 0, None),
+        (2, Mode.TAKEOVER_REQUESTED, 2, request),
+        (10, Mode.SAFE_STOP, 10, request),
+        (12, Mode.STOPPED, 12, request),
+    )
     (takeover,) = takeovers(rows, 0) or ()
     assert (takeover.requested_s, takeover.accepted_s, takeover.takeover_time_s) == (2.0, None, None)
 
 
 def test_a_withdrawn_request_is_not_accepted_by_a_later_take_over(build: Any) -> None:
     request = build.request(1, 2 * S)
-    rows = told(build, (2, Mode.TAKEOVER_REQUESTED, 2, request), (4, Mode.AUTONOMOUS, 4, None),
-                (60, Mode.REMOTE, 60, None))
+    rows = told(build, (2, Mode.TAKEOVER_REQUESTED, 2, request), (4, Mode.AUTONOMOUS, 4, None), (60, Mode.REMOTE, 60, None))
     assert times(takeovers(rows, 0)) == [(2.0, None)]
 
 
 def test_a_request_first_told_while_the_car_still_drives_itself_can_be_accepted(build: Any) -> None:
     request = build.request(1, 2 * S)
-    rows = told(build, (1, Mode.AUTONOMOUS, 0, None), (2, Mode.AUTONOMOUS, 0, request),
-                (3, Mode.TAKEOVER_REQUESTED, 3, request), (4, Mode.HANDING_OVER, 4, request),
-                (5, Mode.REMOTE, 5, request))
+    rows = told(
+        build,
+        (1, Mode.AUTONOMOUS, 0, None),
+        (2, Mode.AUTONOMOUS, 0, request),
+        (3, Mode.TAKEOVER_REQUESTED, 3, request),
+        (4, Mode.HANDING_OVER, 4, request),
+        (5, Mode.REMOTE, 5, request),
+    )
     assert times(takeovers(rows, 0)) == [(2.0, 3.0)]
 
 
 def test_doubt_while_the_operator_drives_asks_nobody(build: Any) -> None:
-    rows = told(build, (1, Mode.REMOTE, 1, None), (2, Mode.REMOTE, 1, build.request(1, 2 * S)),
-                (3, Mode.HANDING_BACK, 3, build.request(2, 3 * S)))
+    rows = told(
+        build,
+        (1, Mode.REMOTE, 1, None),
+        (2, Mode.REMOTE, 1, build.request(1, 2 * S)),
+        (3, Mode.HANDING_BACK, 3, build.request(2, 3 * S)),
+    )
     assert takeovers(rows, 0) == ()
 
 
 def test_a_restarted_stack_that_counts_anew_asks_anew(build: Any) -> None:
-    rows = told(build, (2, Mode.TAKEOVER_REQUESTED, 2, build.request(1, 2 * S)), (3, Mode.REMOTE, 3, None),
-                (20, Mode.TAKEOVER_REQUESTED, 20, build.request(1, 20 * S)), (24, Mode.REMOTE, 24, None))
+    rows = told(
+        build,
+        (2, Mode.TAKEOVER_REQUESTED, 2, build.request(1, 2 * S)),
+        (3, Mode.REMOTE, 3, None),
+        (20, Mode.TAKEOVER_REQUESTED, 20, build.request(1, 20 * S)),
+        (24, Mode.REMOTE, 24, None),
+    )
     assert times(takeovers(rows, 0)) == [(2.0, 1.0), (20.0, 4.0)]
 
 
@@ -64,9 +81,15 @@ def test_a_request_is_dated_by_the_cars_clock_not_by_its_arrival(build: Any) -> 
 
 
 def test_the_time_between_two_boots_belongs_to_no_mode(build: Any) -> None:
-    rows = [StatusRow(at * S, build.status(at * S, mode, since * S, boot_id=boot)) for at, mode, since, boot in (
-        (1, Mode.AUTONOMOUS, 0, "a"), (3, Mode.AUTONOMOUS, 0, "a"),
-        (9, Mode.SAFE_STOP, 8, "b"), (10, Mode.SAFE_STOP, 8, "b"))]
+    rows = [
+        StatusRow(at * S, build.status(at * S, mode, since * S, boot_id=boot))
+        for at, mode, since, boot in (
+            (1, Mode.AUTONOMOUS, 0, "a"),
+            (3, Mode.AUTONOMOUS, 0, "a"),
+            (9, Mode.SAFE_STOP, 8, "b"),
+            (10, Mode.SAFE_STOP, 8, "b"),
+        )
+    ]
     assert seconds_by_mode(rows) == {"autonomous": 2.0, "safe_stop": 1.0}
 
 

@@ -40,14 +40,55 @@ TICK_NS = 8_000_000
 HOUR_NS = 3_600_000_000_000  # the tower's clock is an hour ahead
 LINK_NS = 20_000_000  # one way
 CAR = VehicleDescription(
-    vehicle_id="test", length_m=4.5, width_m=1.76, height_m=1.5, wheelbase_m=2.7, rear_overhang_m=0.9, steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6, acceleration_max_m_s2=2.0, braking_max_m_s2=8.0, speed_max_remote_m_s=8.33, mass_kg=1450.0,
-    cameras=(CameraCalibration(name="front", required=True, width_px=1280, height_px=720, frame_rate_hz=30.0,
-                               focal_length_px=760.0, x_m=1.7, y_m=0.0, z_m=1.35, yaw_rad=0.0, pitch_rad=0.06),))
+    vehicle_id="test",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.33,
+    mass_kg=1450.0,
+    cameras=(
+        CameraCalibration(
+            name="front",
+            required=True,
+            width_px=1280,
+            height_px=720,
+            frame_rate_hz=30.0,
+            focal_length_px=760.0,
+            x_m=1.7,
+            y_m=0.0,
+            z_m=1.35,
+            yaw_rad=0.0,
+            pitch_rad=0.06,
+        ),
+    ),
+)
 KEYS = OperatorInput(
-    stamp_ns=0, sequence=0, focus=True, device="keyboard", touched=False, steer=0.0, throttle=0.0, brake=0.0, dead_man=False,
-    gear=Gear.DRIVE, indicators=Indicators.OFF, hazard=False, horn=False, accept_presses=0, hand_back_presses=0, return_presses=0,
-    stop_presses=0, clear_presses=0, engage_presses=0)
+    stamp_ns=0,
+    sequence=0,
+    focus=True,
+    device="keyboard",
+    touched=False,
+    steer=0.0,
+    throttle=0.0,
+    brake=0.0,
+    dead_man=False,
+    gear=Gear.DRIVE,
+    indicators=Indicators.OFF,
+    hazard=False,
+    horn=False,
+    accept_presses=0,
+    hand_back_presses=0,
+    return_presses=0,
+    stop_presses=0,
+    clear_presses=0,
+    engage_presses=0,
+)
 KEY = bytes(range(32))
 SITE_M, SITE_LENGTH_M, TAPER_M = 150.0, 18.0, 8.0
 
@@ -264,15 +305,18 @@ class Drive:
             self.step()
             if done(self):
                 return self
-        raise AssertionError(f"not done after {limit_s} s: {self.car.mode} at {self.car.station_m:.1f} m, "
-                             f"{self.car.speed:.1f} m/s; {self.wire.published.get('operator_status')}")
+        raise AssertionError(
+            f"not done after {limit_s} s: {self.car.mode} at {self.car.station_m:.1f} m, "
+            f"{self.car.speed:.1f} m/s; {self.wire.published.get('operator_status')}"
+        )
 
     def _ask_for_help(self, now: int) -> None:
         beyond = self.car.station_m > SITE_M + SITE_LENGTH_M + 9
         if self.car.mode is Mode.AUTONOMOUS and self.closed and not beyond and self.car.station_m > self.start_m + 6:
             self.car.mode = Mode.TAKEOVER_REQUESTED
-            self.request = TakeoverRequest(number=1, raised_ns=now, reasons=(Reason(channel="map", text="closed"),),
-                                           budget_s=15.0, place=(0.0, 0.0))
+            self.request = TakeoverRequest(
+                number=1, raised_ns=now, reasons=(Reason(channel="map", text="closed"),), budget_s=15.0, place=(0.0, 0.0)
+            )
         if beyond:
             self.request = None
 
@@ -286,44 +330,108 @@ class Drive:
         actuation = Actuation(road_wheel_angle_rad=self.car.angle, acceleration_m_s2=0.0)
         loop_ms = self.video_ns / 1e6 + LINK_NS / 1e6 + 16.0
         return VehicleState(
-            stamp_ns=now, boot_id="b", sequence=self.ticks, speed_m_s=self.car.speed, acceleration_m_s2=self.car.acceleration,
-            yaw_rate_rad_s=self.car.speed * tan(self.car.angle) / 2.7, road_wheel_angle_rad=self.car.angle, gear=Gear.DRIVE,
-            requested=actuation, applied=actuation, rules=(), speed_cap_m_s=4.17 if self.video_ns < 10**8 else 8.33,
-            loop_age_ms=loop_ms, command_age_ms=0.0)
+            stamp_ns=now,
+            boot_id="b",
+            sequence=self.ticks,
+            speed_m_s=self.car.speed,
+            acceleration_m_s2=self.car.acceleration,
+            yaw_rate_rad_s=self.car.speed * tan(self.car.angle) / 2.7,
+            road_wheel_angle_rad=self.car.angle,
+            gear=Gear.DRIVE,
+            requested=actuation,
+            applied=actuation,
+            rules=(),
+            speed_cap_m_s=4.17 if self.video_ns < 10**8 else 8.33,
+            loop_age_ms=loop_ms,
+            command_age_ms=0.0,
+        )
 
     def _status(self, now: int) -> GatewayStatus:
         ready = self.car.mode is Mode.REMOTE and self.request is None and self.car.station_m > SITE_M
         return GatewayStatus(
-            stamp_ns=now, boot_id="b", mode=self.car.mode, mode_since_ns=0, cause="", lease_holder=self.car.holder,
-            lease_epoch=self.car.epoch, hand_over=self.car.hand_over, request=self.request, budget_remaining_s=0.0,
-            guard_remaining_s=0.0, hand_back_ready=ready, hand_back_note="", take_refused="", failsafe="", stop_number=0,
-            stops_in_ten_minutes=0, dropped={})
+            stamp_ns=now,
+            boot_id="b",
+            mode=self.car.mode,
+            mode_since_ns=0,
+            cause="",
+            lease_holder=self.car.holder,
+            lease_epoch=self.car.epoch,
+            hand_over=self.car.hand_over,
+            request=self.request,
+            budget_remaining_s=0.0,
+            guard_remaining_s=0.0,
+            hand_back_ready=ready,
+            hand_back_note="",
+            take_refused="",
+            failsafe="",
+            stop_number=0,
+            stops_in_ten_minutes=0,
+            dropped={},
+        )
 
     def _scene(self, now: int) -> Scene:
         noise, car = self.car.random.gauss, self.car
-        seen = [TrackedObject(number=thing.number, kind=thing.kind, x_m=thing.x + noise(0, 0.05), y_m=thing.y + noise(0, 0.05),
-                              velocity_x_m_s=noise(0, 0.1), velocity_y_m_s=noise(0, 0.1), radius_m=thing.half_m,
-                              deviation_m=0.1, static=True, age_s=2.0)
-                for thing in self.things if hypot(thing.x - car.x, thing.y - car.y) < 40.0]
+        seen = [
+            TrackedObject(
+                number=thing.number,
+                kind=thing.kind,
+                x_m=thing.x + noise(0, 0.05),
+                y_m=thing.y + noise(0, 0.05),
+                velocity_x_m_s=noise(0, 0.1),
+                velocity_y_m_s=noise(0, 0.1),
+                radius_m=thing.half_m,
+                deviation_m=0.1,
+                static=True,
+                age_s=2.0,
+            )
+            for thing in self.things
+            if hypot(thing.x - car.x, thing.y - car.y) < 40.0
+        ]
         if self.walker is not None:
             x, y, heading = self.road.to_world(self.walker.station_m, -self.road.own_side * self.walker.across_m)
             across = self.walker.speed_m_s * self.walker.walks * (self.walker.across_m > -4.8) * self.road.own_side
-            seen.append(TrackedObject(number=99, kind="person", x_m=x + noise(0, 0.05), y_m=y + noise(0, 0.05),
-                                      velocity_x_m_s=-across * sin(heading) + noise(0, 0.1),
-                                      velocity_y_m_s=across * cos(heading) + noise(0, 0.1), radius_m=0.3, deviation_m=0.1,
-                                      static=not self.walker.walks, age_s=2.0))
+            seen.append(
+                TrackedObject(
+                    number=99,
+                    kind="person",
+                    x_m=x + noise(0, 0.05),
+                    y_m=y + noise(0, 0.05),
+                    velocity_x_m_s=-across * sin(heading) + noise(0, 0.1),
+                    velocity_y_m_s=across * cos(heading) + noise(0, 0.1),
+                    radius_m=0.3,
+                    deviation_m=0.1,
+                    static=not self.walker.walks,
+                    age_s=2.0,
+                )
+            )
         at = self.road.to_road(car.x, car.y)
-        return Scene(stamp_ns=now, x_m=car.x + noise(0, 0.04), y_m=car.y + noise(0, 0.04),
-                     heading_rad=car.heading + noise(0, 0.006), speed_m_s=car.speed,
-                     yaw_rate_rad_s=0.0, deviation_m=0.05, station_m=at.station_m, offset_m=at.offset_m,
-                     objects=tuple(seen), plan=(), stopping_corridor=())
+        return Scene(
+            stamp_ns=now,
+            x_m=car.x + noise(0, 0.04),
+            y_m=car.y + noise(0, 0.04),
+            heading_rad=car.heading + noise(0, 0.006),
+            speed_m_s=car.speed,
+            yaw_rate_rad_s=0.0,
+            deviation_m=0.05,
+            station_m=at.station_m,
+            offset_m=at.offset_m,
+            objects=tuple(seen),
+            plan=(),
+            stopping_corridor=(),
+        )
 
     def _window(self, now: int) -> WindowStatus:
         if self.car.station_m >= self.freeze_at_m and self.frozen_capture_ns is None:
             self.frozen_capture_ns = now - self.video_ns
         capture = self.frozen_capture_ns or now - self.video_ns
-        return WindowStatus(stamp_ns=now + HOUR_NS, sequence=self.ticks, displayed_capture_ns={"front": capture}, frozen=False,
-                            shown=(), frames_dropped=0)
+        return WindowStatus(
+            stamp_ns=now + HOUR_NS,
+            sequence=self.ticks,
+            displayed_capture_ns={"front": capture},
+            frozen=False,
+            shown=(),
+            frames_dropped=0,
+        )
 
     def _measure(self) -> None:
         car = self.car
@@ -331,8 +439,11 @@ class Drive:
         self.trace.append((station, offset, car.speed, car.mode.value))
         if self.ticks % 4 == 0 and 125.0 < station < 190.0:
             self.closest_m = min([self.closest_m, *(car.gap_to(x, y, 0.2) for thing in self.things for x, y in thing.circles)])
-            corners = [(car.x + a * cos(car.heading) - b * sin(car.heading), car.y + a * sin(car.heading) + b * cos(car.heading))
-                       for a in (-0.9, 3.6) for b in (-0.88, 0.88)]
+            corners = [
+                (car.x + a * cos(car.heading) - b * sin(car.heading), car.y + a * sin(car.heading) + b * cos(car.heading))
+                for a in (-0.9, 3.6)
+                for b in (-0.88, 0.88)
+            ]
             self.kerb_gap_m = min([self.kerb_gap_m, *(3.5 - abs(self.road.to_road(x, y).offset_m) for x, y in corners)])
         if self.walker is not None:
             x, y, _ = self.road.to_world(self.walker.station_m, -self.road.own_side * self.walker.across_m)
@@ -373,8 +484,11 @@ def test_a_picture_that_stands_still_makes_it_lift_off_brake_and_hold_the_wheel_
     drive = Drive(freeze_at_m=155.0).until(lambda drive: drive.frozen_capture_ns is not None, 60.0)
     frozen_tick = drive.ticks
     drive.until(lambda drive: drive.car.speed == 0.0, 6.0)
-    lifted = next(command for command in drive.car.commands if command.acceleration_m_s2 < -1.5 and command.sent_ns
-                  > 10**9 + frozen_tick * TICK_NS + HOUR_NS)
+    lifted = next(
+        command
+        for command in drive.car.commands
+        if command.acceleration_m_s2 < -1.5 and command.sent_ns > 10**9 + frozen_tick * TICK_NS + HOUR_NS
+    )
     assert lifted.sent_ns - HOUR_NS - (10**9 + frozen_tick * TICK_NS) < 400_000_000 + drive.video_ns
     assert drive.car.mode is Mode.REMOTE and drive.car.commands[-1].dead_man
     angles = [command.road_wheel_angle_rad for command in drive.car.commands if command.sent_ns > lifted.sent_ns + 200_000_000]

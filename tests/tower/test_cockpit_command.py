@@ -14,24 +14,39 @@ from wire.messages.vehicle import VehicleDescription
 from wire.signature import is_genuine, sign
 
 CAR = VehicleDescription(
-    vehicle_id="test", length_m=4.5, width_m=1.76, height_m=1.5, wheelbase_m=2.7, rear_overhang_m=0.9, steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6, acceleration_max_m_s2=2.0, braking_max_m_s2=8.0, speed_max_remote_m_s=8.33, mass_kg=1450.0,
-    cameras=())
+    vehicle_id="test",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.33,
+    mass_kg=1450.0,
+    cameras=(),
+)
 PEDALS = PedalSettings()
 NOW_NS = 10**12
-HELD = Controls(wheel=VirtualWheel(0.5), throttle=0.5, throttle_reported=True, brake_reported=True, dead_man=True,
-                horn=True, sample_ns=NOW_NS)
+HELD = Controls(
+    wheel=VirtualWheel(0.5), throttle=0.5, throttle_reported=True, brake_reported=True, dead_man=True, horn=True, sample_ns=NOW_NS
+)
 STAMPS = Stamps(sent_ns=NOW_NS, event_ns=NOW_NS, echoed_vehicle_ns=5, echoed_boot_id="b", displayed_capture_ns={"front": 4})
 ANY = st.floats(allow_nan=True, allow_infinity=True)
 PEDAL = st.floats(0, 1)
 
 
-@given(angle=ANY, rate=ANY, throttle=ANY, brake=ANY, age_ns=st.integers(-10**9, 10**10), dead_man=st.booleans(),
-       armed=st.booleans())
+@given(
+    angle=ANY, rate=ANY, throttle=ANY, brake=ANY, age_ns=st.integers(-(10**9), 10**10), dead_man=st.booleans(), armed=st.booleans()
+)
 def test_whatever_a_device_says_the_car_can_decode_the_command_and_an_old_or_broken_sample_has_no_dead_man(
-        angle: float, rate: float, throttle: float, brake: float, age_ns: int, dead_man: bool, armed: bool) -> None:
-    raw = replace(HELD, wheel=VirtualWheel(angle, rate), throttle=throttle, brake=brake, dead_man=dead_man,
-                  sample_ns=NOW_NS - age_ns)
+    angle: float, rate: float, throttle: float, brake: float, age_ns: int, dead_man: bool, armed: bool
+) -> None:
+    raw = replace(
+        HELD, wheel=VirtualWheel(angle, rate), throttle=throttle, brake=brake, dead_man=dead_man, sample_ns=NOW_NS - age_ns
+    )
     controls = trusted(raw, HELD, NOW_NS)
     want = wanted(controls, controls.wheel.angle_rad, armed, CAR, PEDALS)
     command = decoder(DriveCommand).decode(encode(built(want, 3, 7, STAMPS)))  # refuses NaN and every range

@@ -12,9 +12,25 @@ from wire.messages.vehicle import GatewayStatus, HandOver, Mode
 
 S = 1_000_000_000
 STATUS = GatewayStatus(
-    stamp_ns=0, boot_id="b", mode=Mode.AUTONOMOUS, mode_since_ns=0, cause="", lease_holder="o", lease_epoch=3,
-    hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0, guard_remaining_s=0.0,
-    hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0, stops_in_ten_minutes=0, dropped={})
+    stamp_ns=0,
+    boot_id="b",
+    mode=Mode.AUTONOMOUS,
+    mode_since_ns=0,
+    cause="",
+    lease_holder="o",
+    lease_epoch=3,
+    hand_over=HandOver(number=0, action="", state="", rule=""),
+    request=None,
+    budget_remaining_s=0.0,
+    guard_remaining_s=0.0,
+    hand_back_ready=False,
+    hand_back_note="",
+    take_refused="",
+    failsafe="",
+    stop_number=0,
+    stops_in_ten_minutes=0,
+    dropped={},
+)
 REQUEST = TakeoverRequest(number=1, raised_ns=0, reasons=(Reason(channel="map", text="closed"),), budget_s=15.0, place=(0.0, 0.0))
 READY = HandOverInputs(pressed=frozenset(), phase=Phase.READY, dead_man=True, lease_epoch=3, status=STATUS, asker_busy=False)
 
@@ -120,20 +136,34 @@ def test_the_wheel_turns_to_the_car_for_a_request_a_wish_a_held_dead_man_or_with
 BUTTONS = st.sampled_from(["accept", "hand_back", "return_", "engage", "clear"])
 
 
-MOMENTS = st.tuples(st.frozensets(BUTTONS, max_size=2), st.sampled_from(list(Phase)), st.booleans(), st.integers(0, 3),
-                    st.sampled_from(list(Mode)), st.booleans(), st.sampled_from(["grant", "refuse", "silence", "wait"]),
-                    st.integers(1, 3000))
+MOMENTS = st.tuples(
+    st.frozensets(BUTTONS, max_size=2),
+    st.sampled_from(list(Phase)),
+    st.booleans(),
+    st.integers(0, 3),
+    st.sampled_from(list(Mode)),
+    st.booleans(),
+    st.sampled_from(["grant", "refuse", "silence", "wait"]),
+    st.integers(1, 3000),
+)
 
 
 @given(history=st.lists(MOMENTS, max_size=50))
 def test_the_wheel_is_asked_for_only_when_ready_and_held_one_question_at_a_time_each_press_once(
-        history: list[tuple[frozenset[str], Phase, bool, int, Mode, bool, str, int]]) -> None:
+    history: list[tuple[frozenset[str], Phase, bool, int, Mode, bool, str, int]],
+) -> None:
     state, now, in_flight, numbers, presses = HandOverState(), 0, False, [0], 0
     for pressed, phase, dead_man, epoch, mode, busy, answer, later_ms in history:
         now += later_ms * 1_000_000
         presses += len(pressed)
-        seen = HandOverInputs(pressed=pressed, phase=phase, dead_man=dead_man, lease_epoch=epoch,
-                              status=with_status(mode=mode), asker_busy=busy or in_flight)
+        seen = HandOverInputs(
+            pressed=pressed,
+            phase=phase,
+            dead_man=dead_man,
+            lease_epoch=epoch,
+            status=with_status(mode=mode),
+            asker_busy=busy or in_flight,
+        )
         state, asked = step(state, seen, now)
         if asked is not None:
             assert not in_flight and not busy and epoch > 0 and asked.number > numbers[-1]

@@ -21,13 +21,41 @@ from wire.road import Road, wrap_angle
 from wire.scenario import read_map
 
 CAR = VehicleDescription(
-    vehicle_id="test", length_m=4.5, width_m=1.76, height_m=1.5, wheelbase_m=2.7, rear_overhang_m=0.9, steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6, acceleration_max_m_s2=2.0, braking_max_m_s2=8.0, speed_max_remote_m_s=8.33, mass_kg=1450.0,
-    cameras=())
+    vehicle_id="test",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.33,
+    mass_kg=1450.0,
+    cameras=(),
+)
 RELEASED = OperatorInput(
-    stamp_ns=0, sequence=0, focus=True, device="keyboard", touched=True, steer=0.0, throttle=0.0, brake=0.0, dead_man=False,
-    gear=Gear.DRIVE, indicators=Indicators.OFF, hazard=False, horn=False, accept_presses=0, hand_back_presses=0, return_presses=0,
-    stop_presses=0, clear_presses=0, engage_presses=0)
+    stamp_ns=0,
+    sequence=0,
+    focus=True,
+    device="keyboard",
+    touched=True,
+    steer=0.0,
+    throttle=0.0,
+    brake=0.0,
+    dead_man=False,
+    gear=Gear.DRIVE,
+    indicators=Indicators.OFF,
+    hazard=False,
+    horn=False,
+    accept_presses=0,
+    hand_back_presses=0,
+    return_presses=0,
+    stop_presses=0,
+    clear_presses=0,
+    engage_presses=0,
+)
 TICK_NS = 4_000_000
 HAPTICS = HapticsSettings()
 SETTINGS = KeyboardSettings()
@@ -35,10 +63,25 @@ SETTINGS = KeyboardSettings()
 
 def moving(speed_m_s: float) -> Received[VehicleState]:
     act = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
-    return Received(VehicleState(
-        stamp_ns=1, boot_id="b", sequence=1, speed_m_s=speed_m_s, acceleration_m_s2=0.0, yaw_rate_rad_s=0.0,
-        road_wheel_angle_rad=0.0, gear=Gear.DRIVE, requested=act, applied=act,
-        rules=(), speed_cap_m_s=8.0, loop_age_ms=100.0, command_age_ms=0.0), 1)
+    return Received(
+        VehicleState(
+            stamp_ns=1,
+            boot_id="b",
+            sequence=1,
+            speed_m_s=speed_m_s,
+            acceleration_m_s2=0.0,
+            yaw_rate_rad_s=0.0,
+            road_wheel_angle_rad=0.0,
+            gear=Gear.DRIVE,
+            requested=act,
+            applied=act,
+            rules=(),
+            speed_cap_m_s=8.0,
+            loop_age_ms=100.0,
+            command_age_ms=0.0,
+        ),
+        1,
+    )
 
 
 class Desk:
@@ -55,8 +98,12 @@ class Desk:
             self.tick += 1
             if sampling and (self.tick % 4 == 0 or self.input is None or keys):
                 self.input = msgspec.structs.replace(RELEASED, **{**keys, "stamp_ns": self.tick * TICK_NS})
-            view = View(vehicle_state=self.speed, description=Received(CAR, 1), wheel_phase=self.phase,
-                        operator_input=Received(self.input, 1) if self.input is not None else None)
+            view = View(
+                vehicle_state=self.speed,
+                description=Received(CAR, 1),
+                wheel_phase=self.phase,
+                operator_input=Received(self.input, 1) if self.input is not None else None,
+            )
             self.controls = self.device.step(view, self.torque, 0.004, self.tick * TICK_NS)
             wheel = self.controls.wheel
             wanted = steering_torque(wheel.angle_rad, wheel.rate_rad_s, 5.0, 0.0, 8.4, HAPTICS.torque)

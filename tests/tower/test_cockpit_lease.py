@@ -9,15 +9,36 @@ S = 1_000_000_000
 
 
 def reply(epoch: int = 3, granted: bool = True, boot_id: str = "b", key_hex: str = "ab" * 32) -> LeaseReply:
-    return LeaseReply(granted=granted, epoch=epoch if granted else 0, key_hex=key_hex if granted else "",
-                      rule="" if granted else "held by another", boot_id=boot_id)
+    return LeaseReply(
+        granted=granted,
+        epoch=epoch if granted else 0,
+        key_hex=key_hex if granted else "",
+        rule="" if granted else "held by another",
+        boot_id=boot_id,
+    )
 
 
 def status(epoch: int = 3, holder: str = "o", boot_id: str = "b") -> GatewayStatus:
     return GatewayStatus(
-        stamp_ns=0, boot_id=boot_id, mode=Mode.AUTONOMOUS, mode_since_ns=0, cause="", lease_holder=holder, lease_epoch=epoch,
-        hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0, guard_remaining_s=0.0,
-        hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0, stops_in_ten_minutes=0, dropped={})
+        stamp_ns=0,
+        boot_id=boot_id,
+        mode=Mode.AUTONOMOUS,
+        mode_since_ns=0,
+        cause="",
+        lease_holder=holder,
+        lease_epoch=epoch,
+        hand_over=HandOver(number=0, action="", state="", rule=""),
+        request=None,
+        budget_remaining_s=0.0,
+        guard_remaining_s=0.0,
+        hand_back_ready=False,
+        hand_back_note="",
+        take_refused="",
+        failsafe="",
+        stop_number=0,
+        stops_in_ten_minutes=0,
+        dropped={},
+    )
 
 
 def held(at_ns: int = 0) -> Lease:

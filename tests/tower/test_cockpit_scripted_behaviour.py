@@ -8,8 +8,16 @@ from tower.cockpit.behaviour import TAKES_MAX, Behaviour, Doing, Situation, step
 from wire.messages.vehicle import Mode
 
 S = 1_000_000_000
-CALM = Situation(mode=Mode.AUTONOMOUS, request_open=False, hand_back_ready=False, home=True, picture_live=True,
-                 picture_steady=True, phase=Phase.IDLE, reaction_ns=2 * S)
+CALM = Situation(
+    mode=Mode.AUTONOMOUS,
+    request_open=False,
+    hand_back_ready=False,
+    home=True,
+    picture_live=True,
+    picture_steady=True,
+    phase=Phase.IDLE,
+    reaction_ns=2 * S,
+)
 ASKED = replace(CALM, mode=Mode.TAKEOVER_REQUESTED, request_open=True, home=False)
 
 
@@ -87,15 +95,36 @@ def test_without_a_moving_picture_it_presses_nothing_and_takes_nothing() -> None
     assert run(Behaviour(doing=Doing.TAKE), aligned, 5, 10).presses.accept == 0
 
 
-@given(history=st.lists(st.tuples(st.sampled_from([None, *Mode]), st.booleans(), st.booleans(), st.booleans(), st.booleans(),
-                                  st.sampled_from(list(Phase)), st.integers(1, 100)), max_size=60))
+@given(
+    history=st.lists(
+        st.tuples(
+            st.sampled_from([None, *Mode]),
+            st.booleans(),
+            st.booleans(),
+            st.booleans(),
+            st.booleans(),
+            st.sampled_from(list(Phase)),
+            st.integers(1, 100),
+        ),
+        max_size=60,
+    )
+)
 def test_it_never_presses_stop_clear_or_return_and_holds_the_dead_man_only_to_take_or_drive(
-        history: list[tuple[Mode | None, bool, bool, bool, bool, Phase, int]]) -> None:
+    history: list[tuple[Mode | None, bool, bool, bool, bool, Phase, int]],
+) -> None:
     state, now = Behaviour(), 0
     for mode, asked, ready, home, live, phase, ticks in history:
         now += ticks * S // 25
-        seen = Situation(mode=mode, request_open=asked, hand_back_ready=ready, home=home, picture_live=live, picture_steady=live,
-                         phase=phase, reaction_ns=2 * S)
+        seen = Situation(
+            mode=mode,
+            request_open=asked,
+            hand_back_ready=ready,
+            home=home,
+            picture_live=live,
+            picture_steady=live,
+            phase=phase,
+            reaction_ns=2 * S,
+        )
         before, state = state, step(state, seen, now)
         assert (state.presses.stop, state.presses.clear, state.presses.return_) == (0, 0, 0)
         assert state.grips == (state.doing in (Doing.TAKE, Doing.DRIVE))

@@ -18,20 +18,58 @@ from wire.messages.vehicle import CameraCalibration, GatewayStatus, HandOver, Mo
 
 MS = 1_000_000
 STATUS = GatewayStatus(
-    stamp_ns=0, boot_id="b", mode=Mode.AUTONOMOUS, mode_since_ns=0, cause="", lease_holder="o", lease_epoch=3,
-    hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0, guard_remaining_s=0.0,
-    hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0, stops_in_ten_minutes=0, dropped={})
+    stamp_ns=0,
+    boot_id="b",
+    mode=Mode.AUTONOMOUS,
+    mode_since_ns=0,
+    cause="",
+    lease_holder="o",
+    lease_epoch=3,
+    hand_over=HandOver(number=0, action="", state="", rule=""),
+    request=None,
+    budget_remaining_s=0.0,
+    guard_remaining_s=0.0,
+    hand_back_ready=False,
+    hand_back_note="",
+    take_refused="",
+    failsafe="",
+    stop_number=0,
+    stops_in_ten_minutes=0,
+    dropped={},
+)
 
 
 def camera(name: str, required: bool) -> CameraCalibration:
-    return CameraCalibration(name=name, required=required, width_px=640, height_px=360, frame_rate_hz=30.0, focal_length_px=400.0,
-                             x_m=0.0, y_m=0.0, z_m=1.0, yaw_rad=0.0, pitch_rad=0.0)
+    return CameraCalibration(
+        name=name,
+        required=required,
+        width_px=640,
+        height_px=360,
+        frame_rate_hz=30.0,
+        focal_length_px=400.0,
+        x_m=0.0,
+        y_m=0.0,
+        z_m=1.0,
+        yaw_rad=0.0,
+        pitch_rad=0.0,
+    )
 
 
 CAR = VehicleDescription(
-    vehicle_id="test", length_m=4.5, width_m=1.76, height_m=1.5, wheelbase_m=2.7, rear_overhang_m=0.9, steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6, acceleration_max_m_s2=2.0, braking_max_m_s2=8.0, speed_max_remote_m_s=8.33, mass_kg=1450.0,
-    cameras=(camera("front", True), camera("left", True), camera("rear", False)))
+    vehicle_id="test",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.33,
+    mass_kg=1450.0,
+    cameras=(camera("front", True), camera("left", True), camera("rear", False)),
+)
 
 
 def window(frozen: bool = False, **captures: int) -> WindowStatus:
@@ -97,7 +135,8 @@ OWN_M, HALF_M, WAY = -1.75, 0.88, WaySettings()
 
 @given(first=st.floats(20, 60), length=st.floats(0, 30), start=st.floats(0, 10))
 def test_beside_everything_that_blocks_the_way_lies_in_the_oncoming_lane_and_it_changes_smoothly(
-        first: float, length: float, start: float) -> None:
+    first: float, length: float, start: float
+) -> None:
     things = [Standing(first, -1.0, 0.3), Standing(first + length, -1.75, 0.3)]
     way = updated(None, things, start, OWN_M, OWN_M, HALF_M, WAY)
     assert way is not None and way.begin_m >= start

@@ -51,7 +51,8 @@ MOMENTS = st.tuples(st.sampled_from(["press", "wait", "clear"]), st.integers(0, 
 
 @given(history=st.lists(MOMENTS, max_size=60))
 def test_confirmed_is_said_only_when_the_car_has_counted_this_number_and_the_stream_is_off_from_press_to_clear(
-        history: list[tuple[str, int, int]]) -> None:
+    history: list[tuple[str, int, int]],
+) -> None:
     state, now, car, off = StopButton(), 0, 0, False
     for what, hears, later_ms in history:
         now += later_ms * MS

@@ -70,8 +70,19 @@ class CountingCamera:
 
 
 def camera(name: str) -> CameraCalibration:
-    return CameraCalibration(name=name, required=True, width_px=320, height_px=180, frame_rate_hz=30.0,
-                             focal_length_px=200.0, x_m=1.7, y_m=0.0, z_m=1.3, yaw_rad=0.0, pitch_rad=0.0)
+    return CameraCalibration(
+        name=name,
+        required=True,
+        width_px=320,
+        height_px=180,
+        frame_rate_hz=30.0,
+        focal_length_px=200.0,
+        x_m=1.7,
+        y_m=0.0,
+        z_m=1.3,
+        yaw_rad=0.0,
+        pitch_rad=0.0,
+    )
 
 
 @contextmanager

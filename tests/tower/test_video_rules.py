@@ -26,7 +26,8 @@ def test_anything_else_is_no_stamp(messages: list[bytes], length: int) -> None:
 
 @given(st.lists(st.tuples(st.integers(1, 3), st.booleans(), st.integers(0, 9)), max_size=60), st.integers(0, 2**32 - 1))
 def test_a_picture_is_shown_only_when_nothing_is_missing_since_a_key_picture(
-        steps: list[tuple[int, bool, int]], first: int) -> None:
+    steps: list[tuple[int, bool, int]], first: int
+) -> None:
     state, sequence, chain = Continuity(), first, False
     for step, is_key, luck in steps:
         sequence = (sequence + step) % 2**32
@@ -72,7 +73,8 @@ def test_after_a_picture_the_next_loss_is_answered_quickly_again() -> None:
 
 @given(st.lists(st.tuples(st.integers(1, 3000), st.booleans(), st.booleans()), max_size=80))
 def test_whatever_happens_the_car_is_asked_at_most_twice_a_second_and_again_within_4_s_of_silence(
-        steps: list[tuple[int, bool, bool]]) -> None:
+    steps: list[tuple[int, bool, bool]],
+) -> None:
     session, now_ns, picture_ns, asks, quiet_since_ns = Session(), 0, None, [], 0
     for step_ms, answers, pictures in steps:
         now_ns += step_ms * MS

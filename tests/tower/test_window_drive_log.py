@@ -7,23 +7,59 @@ from tower.window.drive_log import DriveLog
 from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleState
 
 S = 1_000_000_000
-STORY = ((Mode.STANDBY, 0), (Mode.AUTONOMOUS, 5), (Mode.TAKEOVER_REQUESTED, 35), (Mode.HANDING_OVER, 41), (Mode.REMOTE, 42),
-         (Mode.HANDING_BACK, 70), (Mode.AUTONOMOUS, 71), (Mode.STOPPED, 101))
+STORY = (
+    (Mode.STANDBY, 0),
+    (Mode.AUTONOMOUS, 5),
+    (Mode.TAKEOVER_REQUESTED, 35),
+    (Mode.HANDING_OVER, 41),
+    (Mode.REMOTE, 42),
+    (Mode.HANDING_BACK, 70),
+    (Mode.AUTONOMOUS, 71),
+    (Mode.STOPPED, 101),
+)
 
 
 def status(mode: Mode, since_s: float, now_s: float, boot_id: str = "b") -> GatewayStatus:
     return GatewayStatus(
-        stamp_ns=round(now_s * S), boot_id=boot_id, mode=mode, mode_since_ns=round(since_s * S), cause="", lease_holder="",
-        lease_epoch=0, hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0,
-        guard_remaining_s=0.0, hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0,
-        stops_in_ten_minutes=0, dropped={})
+        stamp_ns=round(now_s * S),
+        boot_id=boot_id,
+        mode=mode,
+        mode_since_ns=round(since_s * S),
+        cause="",
+        lease_holder="",
+        lease_epoch=0,
+        hand_over=HandOver(number=0, action="", state="", rule=""),
+        request=None,
+        budget_remaining_s=0.0,
+        guard_remaining_s=0.0,
+        hand_back_ready=False,
+        hand_back_note="",
+        take_refused="",
+        failsafe="",
+        stop_number=0,
+        stops_in_ten_minutes=0,
+        dropped={},
+    )
 
 
 def state(loop_age_ms: float) -> VehicleState:
     none = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
-    return VehicleState(stamp_ns=1, boot_id="b", sequence=1, speed_m_s=0.0, acceleration_m_s2=0.0, yaw_rate_rad_s=0.0,
-                        road_wheel_angle_rad=0.0, gear=none.gear, requested=none, applied=none, rules=(), speed_cap_m_s=5.0,
-                        loop_age_ms=loop_age_ms, command_age_ms=0.0)
+    return VehicleState(
+        stamp_ns=1,
+        boot_id="b",
+        sequence=1,
+        speed_m_s=0.0,
+        acceleration_m_s2=0.0,
+        yaw_rate_rad_s=0.0,
+        road_wheel_angle_rad=0.0,
+        gear=none.gear,
+        requested=none,
+        applied=none,
+        rules=(),
+        speed_cap_m_s=5.0,
+        loop_age_ms=loop_age_ms,
+        command_age_ms=0.0,
+    )
 
 
 def told(until_s: float = 105.0) -> DriveLog:

@@ -11,8 +11,14 @@ from wire.messages.base import Gear, Indicators, decoder, encode
 from wire.messages.operating import OperatorInput
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # before pygame opens a display: these tests need no screen
-COUNTED = {Control.ACCEPT: "accept_presses", Control.HAND_BACK: "hand_back_presses", Control.RETURN: "return_presses",
-           Control.STOP: "stop_presses", Control.CLEAR: "clear_presses", Control.ENGAGE: "engage_presses"}
+COUNTED = {
+    Control.ACCEPT: "accept_presses",
+    Control.HAND_BACK: "hand_back_presses",
+    Control.RETURN: "return_presses",
+    Control.STOP: "stop_presses",
+    Control.CLEAR: "clear_presses",
+    Control.ENGAGE: "engage_presses",
+}
 HELD = st.frozensets(st.sampled_from(Control))
 PRESSES = st.lists(st.sampled_from(Control), max_size=6)
 Steps = list[tuple[frozenset[Control], list[Control], bool, bool]]  # held, presses, focus, standing
@@ -27,8 +33,7 @@ def after(steps: Steps) -> OperatorInput:
 
 
 @given(STEPS, HELD, PRESSES)
-def test_a_window_without_focus_has_released_everything(
-        steps: Steps, held: frozenset[Control], presses: list[Control]) -> None:
+def test_a_window_without_focus_has_released_everything(steps: Steps, held: frozenset[Control], presses: list[Control]) -> None:
     before = after(steps)
     now = next_input(held, presses, before, focus=False, standing=True, now_ns=10**12)
     assert (now.steer, now.throttle, now.brake, now.dead_man, now.horn, now.focus) == (0.0, 0.0, 0.0, False, False, False)

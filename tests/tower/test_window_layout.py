@@ -52,8 +52,9 @@ def test_the_own_lane_is_free_from_five_metres_before_the_camera_to_the_horizon(
             point = Box(round(column), round(row), 1, 1)
             assert not any(box.overlaps(point) for box in boxes(at).values()), (ahead_m, left_m)
     assert at.card.y + at.card.h < horizon
-    tallest = CardView(title="T", tone=Tone.WARN, reasons=(("a", "b"),) * 5, remaining_share=1.0, steps=(Step("s", False),),
-                       note="n")
+    tallest = CardView(
+        title="T", tone=Tone.WARN, reasons=(("a", "b"),) * 5, remaining_share=1.0, steps=(Step("s", False),), note="n"
+    )
     assert card_height(tallest) * at.scale <= at.card.h
 
 

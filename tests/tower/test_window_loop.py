@@ -85,16 +85,43 @@ class Stage:
         self.link, self.video, self.screen = LinkInMemory(), VideoInMemory(), ScreenInMemory()
         self.writer = SnapshotWriter(snapshot)
         self.now_ns = BEGIN_NS
-        self.loop = DisplayLoop(camera="front", recording="drive", full_screen=False, link=self.link, video=self.video,
-                                screen=self.screen, writer=self.writer, player=Player(False, 0.0), clock=Clock())
+        self.loop = DisplayLoop(
+            camera="front",
+            recording="drive",
+            full_screen=False,
+            link=self.link,
+            video=self.video,
+            screen=self.screen,
+            writer=self.writer,
+            player=Player(False, 0.0),
+            clock=Clock(),
+        )
 
     def say(self, mode: Mode) -> None:
         stamp = self.now_ns + VEHICLE_CLOCK_NS
-        self.link.level("gateway_status").put(GatewayStatus(
-            stamp_ns=stamp, boot_id="b", mode=mode, mode_since_ns=stamp, cause="", lease_holder="", lease_epoch=0,
-            hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0,
-            guard_remaining_s=0.0, hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0,
-            stops_in_ten_minutes=0, dropped={}), self.now_ns)
+        self.link.level("gateway_status").put(
+            GatewayStatus(
+                stamp_ns=stamp,
+                boot_id="b",
+                mode=mode,
+                mode_since_ns=stamp,
+                cause="",
+                lease_holder="",
+                lease_epoch=0,
+                hand_over=HandOver(number=0, action="", state="", rule=""),
+                request=None,
+                budget_remaining_s=0.0,
+                guard_remaining_s=0.0,
+                hand_back_ready=False,
+                hand_back_note="",
+                take_refused="",
+                failsafe="",
+                stop_number=0,
+                stops_in_ten_minutes=0,
+                dropped={},
+            ),
+            self.now_ns,
+        )
 
     def run(self, milliseconds: int, pictures: bool = True, mode: Mode | None = Mode.REMOTE) -> bool:
         """Looks every 4 ms, a picture every 32 ms, a status every 48 ms. Whether the operator has quit."""

@@ -26,45 +26,117 @@ from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, Vehi
 NOW = 50_000_000_000_000
 MS = 1_000_000
 WORDS = {  # the brief's table, written out again
-    Mode.STANDBY: "STANDBY", Mode.AUTONOMOUS: "CAR DRIVES", Mode.TAKEOVER_REQUESTED: "CAR DRIVES",
-    Mode.HANDING_OVER: "HANDING OVER", Mode.REMOTE: "YOU DRIVE", Mode.HANDING_BACK: "YOU DRIVE",
-    Mode.LOCAL_DRIVER: "LOCAL DRIVER", Mode.SAFE_STOP: "STOPPING", Mode.STOPPED: "STOPPED",
+    Mode.STANDBY: "STANDBY",
+    Mode.AUTONOMOUS: "CAR DRIVES",
+    Mode.TAKEOVER_REQUESTED: "CAR DRIVES",
+    Mode.HANDING_OVER: "HANDING OVER",
+    Mode.REMOTE: "YOU DRIVE",
+    Mode.HANDING_BACK: "YOU DRIVE",
+    Mode.LOCAL_DRIVER: "LOCAL DRIVER",
+    Mode.SAFE_STOP: "STOPPING",
+    Mode.STOPPED: "STOPPED",
     Mode.EMERGENCY_STOP: "EMERGENCY STOP",
 }
-REQUEST = TakeoverRequest(number=1, raised_ns=1, budget_s=15.0, place=(1.0, 2.0), reasons=(
-    Reason(channel="planner", text="no path keeps clear"), Reason(channel="map", text="barrier not in the map")))
+REQUEST = TakeoverRequest(
+    number=1,
+    raised_ns=1,
+    budget_s=15.0,
+    place=(1.0, 2.0),
+    reasons=(Reason(channel="planner", text="no path keeps clear"), Reason(channel="map", text="barrier not in the map")),
+)
 
 
 def status(mode: Mode, **changes: Any) -> GatewayStatus:
     plain = GatewayStatus(
-        stamp_ns=1, boot_id="b", mode=mode, mode_since_ns=1, cause="because", lease_holder="Anna", lease_epoch=3,
-        hand_over=HandOver(number=0, action="", state="", rule=""), request=None, budget_remaining_s=0.0,
-        guard_remaining_s=0.0, hand_back_ready=False, hand_back_note="", take_refused="", failsafe="", stop_number=0,
-        stops_in_ten_minutes=0, dropped={})
+        stamp_ns=1,
+        boot_id="b",
+        mode=mode,
+        mode_since_ns=1,
+        cause="because",
+        lease_holder="Anna",
+        lease_epoch=3,
+        hand_over=HandOver(number=0, action="", state="", rule=""),
+        request=None,
+        budget_remaining_s=0.0,
+        guard_remaining_s=0.0,
+        hand_back_ready=False,
+        hand_back_note="",
+        take_refused="",
+        failsafe="",
+        stop_number=0,
+        stops_in_ten_minutes=0,
+        dropped={},
+    )
     return msgspec.structs.replace(plain, **changes)
 
 
 def state(**changes: Any) -> VehicleState:
     none = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
-    plain = VehicleState(stamp_ns=1, boot_id="b", sequence=1, speed_m_s=5.0, acceleration_m_s2=0.0, yaw_rate_rad_s=0.0,
-                         road_wheel_angle_rad=0.0, gear=none.gear, requested=none, applied=none, rules=(),
-                         speed_cap_m_s=4.0, loop_age_ms=120.0, command_age_ms=3.0)
+    plain = VehicleState(
+        stamp_ns=1,
+        boot_id="b",
+        sequence=1,
+        speed_m_s=5.0,
+        acceleration_m_s2=0.0,
+        yaw_rate_rad_s=0.0,
+        road_wheel_angle_rad=0.0,
+        gear=none.gear,
+        requested=none,
+        applied=none,
+        rules=(),
+        speed_cap_m_s=4.0,
+        loop_age_ms=120.0,
+        command_age_ms=3.0,
+    )
     return msgspec.structs.replace(plain, **changes)
 
 
 def operator(**changes: Any) -> OperatorStatus:
     plain = OperatorStatus(
-        stamp_ns=1, operator="Anna", device="keyboard", lease_epoch=3, lease_note="", dead_man=True, armed=True,
-        wheel_phase="ready", steering_wheel_angle_rad=0.0, steering_wheel_torque=0.0, alignment_error_rad=0.0, throttle=0.0,
-        brake=0.0, road_wheel_angle_rad=0.0, acceleration_m_s2=0.0, gear=state().gear, indicators=state().applied.indicators,
-        hazard=False, horn=False, hand_over_note="", stop_number=0, stop_state="", clock_offset_ns=0, clock_bound_ns=MS,
-        round_trip_ms=40.0)
+        stamp_ns=1,
+        operator="Anna",
+        device="keyboard",
+        lease_epoch=3,
+        lease_note="",
+        dead_man=True,
+        armed=True,
+        wheel_phase="ready",
+        steering_wheel_angle_rad=0.0,
+        steering_wheel_torque=0.0,
+        alignment_error_rad=0.0,
+        throttle=0.0,
+        brake=0.0,
+        road_wheel_angle_rad=0.0,
+        acceleration_m_s2=0.0,
+        gear=state().gear,
+        indicators=state().applied.indicators,
+        hazard=False,
+        horn=False,
+        hand_over_note="",
+        stop_number=0,
+        stop_state="",
+        clock_offset_ns=0,
+        clock_bound_ns=MS,
+        round_trip_ms=40.0,
+    )
     return msgspec.structs.replace(plain, **changes)
 
 
 def at_goal() -> AutonomyStatus:
-    return AutonomyStatus(stamp_ns=1, sequence=1, healthy=True, health_note="", doubt=Doubt.NOMINAL, evidence=(), request=None,
-                          clear_s=0.0, drivable_s=0.0, state_matched=True, match_note="", goal_reached=True)
+    return AutonomyStatus(
+        stamp_ns=1,
+        sequence=1,
+        healthy=True,
+        health_note="",
+        doubt=Doubt.NOMINAL,
+        evidence=(),
+        request=None,
+        clear_s=0.0,
+        drivable_s=0.0,
+        state_matched=True,
+        match_note="",
+        goal_reached=True,
+    )
 
 
 def heard(message: Any, ago_ms: float = 10.0) -> Received[Any]:
@@ -73,8 +145,13 @@ def heard(message: Any, ago_ms: float = 10.0) -> Received[Any]:
 
 def sights(said: GatewayStatus | None, ago_ms: float = 10.0, **changes: Any) -> Sights:
     known: dict[str, Any] = {
-        "now_ns": NOW, "status": heard(said, ago_ms) if said is not None else None, "state": heard(state()),
-        "operator": heard(operator()), "picture": PictureSeen(NOW - 80 * MS, NOW - 20 * MS), "log": DriveLog()}
+        "now_ns": NOW,
+        "status": heard(said, ago_ms) if said is not None else None,
+        "state": heard(state()),
+        "operator": heard(operator()),
+        "picture": PictureSeen(NOW - 80 * MS, NOW - 20 * MS),
+        "log": DriveLog(),
+    }
     return Sights(**(known | changes))
 
 
@@ -104,6 +181,7 @@ def test_no_two_looks_share_words_and_pattern_or_colour_and_pattern() -> None:
 
 def test_words_stand_out_from_their_colour() -> None:
     """WCAG 2.1 contrast of large text: at least 3 to 1."""
+
     def luminance(colour: tuple[int, int, int]) -> float:
         parts = [c / 255 / 12.92 if c / 255 <= 0.04045 else ((c / 255 + 0.055) / 1.055) ** 2.4 for c in colour]
         return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
@@ -152,8 +230,11 @@ def test_the_guard_after_a_hand_back_counts_down_and_then_leaves() -> None:
 
 
 def test_requested_and_applied_stand_side_by_side_with_the_rule_between_them() -> None:
-    car = state(requested=Actuation(road_wheel_angle_rad=0.3, acceleration_m_s2=2.0),
-                applied=Actuation(road_wheel_angle_rad=0.15, acceleration_m_s2=-4.0), rules=("speed cap", "jerk"))
+    car = state(
+        requested=Actuation(road_wheel_angle_rad=0.3, acceleration_m_s2=2.0),
+        applied=Actuation(road_wheel_angle_rad=0.15, acceleration_m_s2=-4.0),
+        rules=("speed cap", "jerk"),
+    )
     controls = view_model(sights(status(Mode.REMOTE), state=heard(car))).controls
     assert (controls.steer_requested, controls.steer_applied) == (0.5, 0.25)  # of 0.6 rad
     assert (controls.drive_requested, controls.drive_applied) == (1.0, -0.5)  # of 2 and of 8 m/s2
@@ -271,16 +352,27 @@ def value(kind: Any) -> st.SearchStrategy[Any]:
     raise TypeError(f"no strategy for {kind}")
 
 
-MAYBE = {name: st.none() | message(type_).map(heard) for name, type_ in (
-    ("state", VehicleState), ("operator", OperatorStatus), ("autonomy", AutonomyStatus), ("scene", Scene))}
+MAYBE = {
+    name: st.none() | message(type_).map(heard)
+    for name, type_ in (("state", VehicleState), ("operator", OperatorStatus), ("autonomy", AutonomyStatus), ("scene", Scene))
+}
 
 
-@given(seen=st.fixed_dictionaries({
-    **MAYBE, "status": message(GatewayStatus).map(heard), "road_map": st.none() | message(RoadMap),
-    "description": st.none() | message(VehicleDescription), "focus": st.booleans(), "recording": st.text(max_size=80),
-    "keys": st.builds(WindowKeys, help_open=st.booleans(), quit_asked_ns=st.none() | st.just(NOW)),
-    "picture": st.none() | st.builds(PictureSeen, st.integers(0, 2**62), st.integers(0, NOW))}),
-    size=st.sampled_from([(1280, 720), (320, 180), (500, 900)]))
+@given(
+    seen=st.fixed_dictionaries(
+        {
+            **MAYBE,
+            "status": message(GatewayStatus).map(heard),
+            "road_map": st.none() | message(RoadMap),
+            "description": st.none() | message(VehicleDescription),
+            "focus": st.booleans(),
+            "recording": st.text(max_size=80),
+            "keys": st.builds(WindowKeys, help_open=st.booleans(), quit_asked_ns=st.none() | st.just(NOW)),
+            "picture": st.none() | st.builds(PictureSeen, st.integers(0, 2**62), st.integers(0, NOW)),
+        }
+    ),
+    size=st.sampled_from([(1280, 720), (320, 180), (500, 900)]),
+)
 @settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 def test_whatever_valid_messages_arrive_the_window_is_drawn(seen: dict[str, Any], size: tuple[int, int]) -> None:
     pixels = drawn(sights(None, **seen), size, np.full((72, 128, 4), 200, np.uint8))

@@ -52,8 +52,11 @@ def test_frames_keep_their_order(settings):
 
 
 def test_the_vehicle_bus_and_the_actuator_bus_are_two(settings):
-    with listening(settings) as (vehicle, _), listening(settings, "actuator") as (actuator, _), \
-            listening(settings, "actuator") as (_, got):
+    with (
+        listening(settings) as (vehicle, _),
+        listening(settings, "actuator") as (actuator, _),
+        listening(settings, "actuator") as (_, got),
+    ):
         vehicle.send(FRAME)
         actuator.send(MARKER)
         assert got.get(timeout=ARRIVES_S)[0] == MARKER
@@ -69,9 +72,11 @@ def test_another_group_on_the_same_port_never_hears_us():
 
 
 def test_a_plain_datagram_to_the_port_does_not_get_in():
-    with listening(CanSettings(channel=GROUP, port=PORT)) as (_, got), \
-            listening(CanSettings(channel=GROUP, port=PORT)) as (one, _), \
-            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outside:
+    with (
+        listening(CanSettings(channel=GROUP, port=PORT)) as (_, got),
+        listening(CanSettings(channel=GROUP, port=PORT)) as (one, _),
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outside,
+    ):
         outside.sendto(_pack(FRAME), ("127.0.0.1", PORT))
         one.send(MARKER)
         assert got.get(timeout=ARRIVES_S)[0] == MARKER
@@ -98,9 +103,20 @@ def test_the_datagram_is_the_one_python_can_reads():
     assert not (message.is_extended_id or message.is_fd or message.is_error_frame or message.is_remote_frame)
 
 
-@pytest.mark.parametrize("change", [
-    {"is_extended_id": True}, {"is_remote_frame": True}, {"is_error_frame": True}, {"is_fd": True}, {"data": bytes(9)},
-    {"data": "text"}, {"arbitration_id": 0x800}, {"arbitration_id": -1}, {"arbitration_id": 1.5}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"is_extended_id": True},
+        {"is_remote_frame": True},
+        {"is_error_frame": True},
+        {"is_fd": True},
+        {"data": bytes(9)},
+        {"data": "text"},
+        {"arbitration_id": 0x800},
+        {"arbitration_id": -1},
+        {"arbitration_id": 1.5},
+    ],
+)
 def test_anything_but_a_classic_data_frame_is_refused(change):
     content = msgpack.unpackb(_pack(FRAME))
     with pytest.raises(ValueError, match="frame"):
@@ -108,8 +124,10 @@ def test_anything_but_a_classic_data_frame_is_refused(change):
 
 
 def test_a_bus_that_cannot_be_opened_names_the_setting():
-    with pytest.raises(ConfigurationError, match=r"\[vehicle_gateway.can\] vehicle bus.*set interface, channel and port"), \
-            listening(CanSettings(channel="10.0.0.1", port=PORT)):
+    with (
+        pytest.raises(ConfigurationError, match=r"\[vehicle_gateway.can\] vehicle bus.*set interface, channel and port"),
+        listening(CanSettings(channel="10.0.0.1", port=PORT)),
+    ):
         pass
 
 

@@ -33,10 +33,14 @@ def actuation(**changes) -> Actuation:
 ROLLING, NOBODY = Motion(5.0, 0.1, -0.5, 0.2), Controls()
 
 
-def feedback_frames(counter: int, motion: Motion = ROLLING, controls: Controls = NOBODY,
-                    ecu_state: int = codec.FOLLOWING) -> list[Frame]:
-    return [ecu_codec.encode_drive_state(Gear.DRIVE, ecu_state, False, counter),
-            ecu_codec.encode_controls(controls, counter), ecu_codec.encode_motion(motion, counter)]
+def feedback_frames(
+    counter: int, motion: Motion = ROLLING, controls: Controls = NOBODY, ecu_state: int = codec.FOLLOWING
+) -> list[Frame]:
+    return [
+        ecu_codec.encode_drive_state(Gear.DRIVE, ecu_state, False, counter),
+        ecu_codec.encode_controls(controls, counter),
+        ecu_codec.encode_motion(motion, counter),
+    ]
 
 
 def receive(frames, state=None):
@@ -51,8 +55,12 @@ def receive(frames, state=None):
 @given(data=st.data())
 def test_packing_is_what_cantools_packs(name, data):
     layout, message = layouts()[name], database().get_message_by_name(name)
-    values = {field.name: data.draw(st.floats(field.low, field.high)) if field.scale != 1.0
-              else data.draw(st.integers(int(field.low), int(field.high))) for field in layout.fields}
+    values = {
+        field.name: data.draw(st.floats(field.low, field.high))
+        if field.scale != 1.0
+        else data.draw(st.integers(int(field.low), int(field.high)))
+        for field in layout.fields
+    }
     counter = data.draw(st.integers(0, 14))
     ours = layout.pack(list(values.values()), counter).data
     theirs = message.encode({**values, "COUNTER": counter, "CRC": ours[0]})
@@ -65,8 +73,11 @@ def test_unpacking_is_what_cantools_unpacks(name, data):
     layout, message = layouts()[name], database().get_message_by_name(name)
     payload = data.draw(st.binary(min_size=layout.size, max_size=layout.size))
     theirs = message.decode(payload, decode_choices=False)
-    in_range = all(signal.minimum - 1e-9 <= theirs[signal.name] <= signal.maximum + 1e-9
-                   for signal in message.signals if signal.name not in PROTECTION)
+    in_range = all(
+        signal.minimum - 1e-9 <= theirs[signal.name] <= signal.maximum + 1e-9
+        for signal in message.signals
+        if signal.name not in PROTECTION
+    )
     ours = layout.unpack(payload)
     assert (ours is not None) == in_range
     if ours is not None:
@@ -74,9 +85,15 @@ def test_unpacking_is_what_cantools_unpacks(name, data):
 
 
 def test_numbers_and_names_are_those_of_the_dbc():
-    tables = {("ACTUATION_COMMAND", "MODE"): MODES, ("ACTUATION_COMMAND", "GEAR"): GEARS, ("DRIVE_STATE", "GEAR"): GEARS,
-              ("BODY_COMMAND", "INDICATORS"): INDICATORS, ("ACTUATOR_DEMAND", "GEAR"): GEARS,
-              ("ACTUATOR_DEMAND", "INDICATORS"): INDICATORS, ("PLANT_CONTROLS", "GEAR"): GEARS}
+    tables = {
+        ("ACTUATION_COMMAND", "MODE"): MODES,
+        ("ACTUATION_COMMAND", "GEAR"): GEARS,
+        ("DRIVE_STATE", "GEAR"): GEARS,
+        ("BODY_COMMAND", "INDICATORS"): INDICATORS,
+        ("ACTUATOR_DEMAND", "GEAR"): GEARS,
+        ("ACTUATOR_DEMAND", "INDICATORS"): INDICATORS,
+        ("PLANT_CONTROLS", "GEAR"): GEARS,
+    }
     for (message, signal), names in tables.items():
         choices = database().get_message_by_name(message).get_signal_by_name(signal).choices
         assert [str(choices[number]) for number in range(len(names))] == [str(name) for name in names]
@@ -155,23 +172,31 @@ def test_feedback_is_complete_only_when_every_part_has_come():
     assert receive([drive, local, motion])[0].feedback is not None
 
 
-@given(speed=st.floats(-30, 100), angle=st.floats(-0.8, 0.8), acceleration=st.floats(-30, 30), yaw=st.floats(-2, 2),
-       torque=st.floats(-40, 40), brake=st.floats(0, 1), flags=st.tuples(st.booleans(), st.booleans(), st.booleans()))
+@given(
+    speed=st.floats(-30, 100),
+    angle=st.floats(-0.8, 0.8),
+    acceleration=st.floats(-30, 30),
+    yaw=st.floats(-2, 2),
+    torque=st.floats(-40, 40),
+    brake=st.floats(0, 1),
+    flags=st.tuples(st.booleans(), st.booleans(), st.booleans()),
+)
 def test_feedback_is_what_the_ecu_sent_to_half_a_step(speed, angle, acceleration, yaw, torque, brake, flags):
     state, reasons = receive(feedback_frames(0, Motion(speed, angle, acceleration, yaw), Controls(*flags, torque, brake)))
     got = state.feedback
     assert reasons == ["", "", ""]
     assert (got.seat_occupied, got.emergency_button, got.release_button) == flags
     assert (got.speed_m_s, got.road_wheel_angle_rad) == (pytest.approx(speed, abs=0.00501), pytest.approx(angle, abs=5.1e-5))
-    assert (got.acceleration_m_s2, got.yaw_rate_rad_s) == (pytest.approx(acceleration, abs=0.0101),
-                                                         pytest.approx(yaw, abs=5.1e-4))
+    assert (got.acceleration_m_s2, got.yaw_rate_rad_s) == (pytest.approx(acceleration, abs=0.0101), pytest.approx(yaw, abs=5.1e-4))
     assert (got.driver_torque_nm, got.driver_brake) == (pytest.approx(torque, abs=0.0101), pytest.approx(brake, abs=0.0021))
     assert decoder(Feedback).decode(encode(got)) == got  # every number inside the range the message allows
 
 
 def test_a_timed_out_or_faulty_ecu_does_not_follow():
-    following = {state: receive(feedback_frames(0, ecu_state=state))[0].feedback.ecu_following
-                 for state in (codec.FOLLOWING, codec.TIMED_OUT, codec.FAULT)}
+    following = {
+        state: receive(feedback_frames(0, ecu_state=state))[0].feedback.ecu_following
+        for state in (codec.FOLLOWING, codec.TIMED_OUT, codec.FAULT)
+    }
     assert following == {codec.FOLLOWING: True, codec.TIMED_OUT: False, codec.FAULT: False}
 
 
@@ -225,14 +250,23 @@ def test_foreign_frames_are_told_on_every_side():
     assert decode_demand(DemandState(), foreign)[1] == "can id"
 
 
-@given(angle=st.floats(-0.8, 0.8), drive=st.floats(0, 5), brake=st.floats(0, 12), gear=st.sampled_from(Gear),
-       indicators=st.sampled_from(Indicators), lamps=st.tuples(*[st.booleans()] * 4))
+@given(
+    angle=st.floats(-0.8, 0.8),
+    drive=st.floats(0, 5),
+    brake=st.floats(0, 12),
+    gear=st.sampled_from(Gear),
+    indicators=st.sampled_from(Indicators),
+    lamps=st.tuples(*[st.booleans()] * 4),
+)
 def test_a_demand_arrives_at_the_plant(angle, drive, brake, gear, indicators, lamps):
     sent = Demand(angle, drive, brake, gear, indicators, *lamps)
     state, reason = decode_demand(DemandState(), actuator_codec.encode_demand(sent, 9))
     assert reason == ""
-    assert state.demand[:3] == (pytest.approx(angle, abs=2.6e-5), pytest.approx(drive, abs=0.00101),
-                                pytest.approx(brake, abs=0.00201))
+    assert state.demand[:3] == (
+        pytest.approx(angle, abs=2.6e-5),
+        pytest.approx(drive, abs=0.00101),
+        pytest.approx(brake, abs=0.00201),
+    )
     assert state.demand[3:] == sent[3:]
     assert decode_demand(state, actuator_codec.encode_demand(sent, 9))[1] == "can counter"
 
@@ -240,9 +274,11 @@ def test_a_demand_arrives_at_the_plant(angle, drive, brake, gear, indicators, la
 def test_the_plants_sensors_arrive_at_the_ecu():
     report = PlantReport(Gear.REVERSE, True, Controls(True, False, True, -2.0, 0.5))
     state = PlantState()
-    for frame in (actuator_codec.encode_plant_motion(Motion(3.0, -0.2, 1.0, -0.5), 0),
-                  actuator_codec.encode_plant_report(report, 0),
-                  actuator_codec.encode_plant_wheels((3.0, 3.1, 2.9, 3.0), 0)):
+    for frame in (
+        actuator_codec.encode_plant_motion(Motion(3.0, -0.2, 1.0, -0.5), 0),
+        actuator_codec.encode_plant_report(report, 0),
+        actuator_codec.encode_plant_wheels((3.0, 3.1, 2.9, 3.0), 0),
+    ):
         state, reason = decode_plant(state, frame)
         assert reason == ""
     assert state.motion == pytest.approx((3.0, -0.2, 1.0, -0.5))

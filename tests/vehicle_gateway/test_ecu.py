@@ -24,9 +24,20 @@ from wire.messages.base import Gear, Indicators
 from wire.messages.vehicle import Actuation, Mode, VehicleDescription
 
 VEHICLE = VehicleDescription(
-    vehicle_id="test", length_m=4.5, width_m=1.76, height_m=1.5, wheelbase_m=2.7, rear_overhang_m=0.9, steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6, acceleration_max_m_s2=2.0, braking_max_m_s2=8.0, speed_max_remote_m_s=8.33,
-    mass_kg=1450.0, cameras=())
+    vehicle_id="test",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.33,
+    mass_kg=1450.0,
+    cameras=(),
+)
 SETTINGS, ACTUATORS = EcuSettings(), ActuatorParameters()
 PARAMETERS = car_parameters(VEHICLE, ChassisParameters(), ACTUATORS)
 MS = 1_000_000
@@ -35,8 +46,13 @@ FOLLOWING_STATE = EcuState(condition=FOLLOWING, acceleration_m_s2=0.0, stepped_n
 
 
 def inputs(command=COMMAND, age_ms=0, speed=5.0, motion_age_ms=0, now_ms=1000, **changes):
-    return EcuInputs(command=command, command_ns=(now_ms - age_ms) * MS, motion=Motion(speed, 0.0, 0.0, 0.0),
-                     motion_ns=(now_ms - motion_age_ms) * MS, **changes)
+    return EcuInputs(
+        command=command,
+        command_ns=(now_ms - age_ms) * MS,
+        motion=Motion(speed, 0.0, 0.0, 0.0),
+        motion_ns=(now_ms - motion_age_ms) * MS,
+        **changes,
+    )
 
 
 def once(state, given_inputs, now_ms=1000):
@@ -55,8 +71,9 @@ def test_it_starts_with_the_brakes_on_and_the_hazard_lights():
     assert (demand.drive_m_s2, demand.brake_m_s2, demand.hazard) == (0.0, 4.0, True)
 
 
-@pytest.mark.parametrize(("command_ms", "motion_ms", "condition"), [
-    (100, 100, FOLLOWING), (101, 0, TIMED_OUT), (0, 101, FAULT), (101, 101, FAULT)])
+@pytest.mark.parametrize(
+    ("command_ms", "motion_ms", "condition"), [(100, 100, FOLLOWING), (101, 0, TIMED_OUT), (0, 101, FAULT), (101, 101, FAULT)]
+)
 def test_it_times_out_after_100_ms_and_not_before(command_ms, motion_ms, condition):
     assert once(FOLLOWING_STATE, inputs(age_ms=command_ms, motion_age_ms=motion_ms))[0].condition == condition
 
@@ -72,8 +89,7 @@ def test_on_its_own_it_brakes_with_limited_jerk_holds_the_steering_and_warns():
     state, given_inputs = once(FOLLOWING_STATE, inputs())[0], inputs()
     brakes = []
     for tick in range(12, 80):
-        state, demand = ecu_step(state, replace(given_inputs, motion_ns=(1000 + tick * 10) * MS), (1000 + tick * 10) * MS,
-                                 SETTINGS)
+        state, demand = ecu_step(state, replace(given_inputs, motion_ns=(1000 + tick * 10) * MS), (1000 + tick * 10) * MS, SETTINGS)
         brakes.append(demand.brake_m_s2)
         assert (demand.road_wheel_angle_rad, demand.drive_m_s2, demand.hazard) == (0.1, 0.0, True)
     steps = [b - a for a, b in zip(brakes, brakes[1:], strict=False)]
@@ -82,13 +98,24 @@ def test_on_its_own_it_brakes_with_limited_jerk_holds_the_steering_and_warns():
     assert brakes == sorted(brakes)
 
 
-@given(acceleration=st.floats(-10, 5), speed=st.floats(-2, 20), gear=st.sampled_from(Gear), mode=st.sampled_from(Mode),
-       hold=st.booleans(), age=st.integers(0, 300), motion_age=st.integers(0, 300), emergency=st.booleans(),
-       condition=st.sampled_from([FOLLOWING, TIMED_OUT, FAULT]))
+@given(
+    acceleration=st.floats(-10, 5),
+    speed=st.floats(-2, 20),
+    gear=st.sampled_from(Gear),
+    mode=st.sampled_from(Mode),
+    hold=st.booleans(),
+    age=st.integers(0, 300),
+    motion_age=st.integers(0, 300),
+    emergency=st.booleans(),
+    condition=st.sampled_from([FOLLOWING, TIMED_OUT, FAULT]),
+)
 def test_it_never_drives_and_brakes_at_once_and_never_drives_without_a_fresh_command(
-        acceleration, speed, gear, mode, hold, age, motion_age, emergency, condition):
-    state, demand = once(replace(FOLLOWING_STATE, condition=condition), inputs(
-        Command(mode, 0.0, acceleration, gear, hold), age, speed, motion_age, controls=Controls(emergency_button=emergency)))
+    acceleration, speed, gear, mode, hold, age, motion_age, emergency, condition
+):
+    state, demand = once(
+        replace(FOLLOWING_STATE, condition=condition),
+        inputs(Command(mode, 0.0, acceleration, gear, hold), age, speed, motion_age, controls=Controls(emergency_button=emergency)),
+    )
     assert demand.drive_m_s2 >= 0.0
     assert demand.brake_m_s2 >= 0.0
     assert demand.drive_m_s2 == 0.0 or demand.brake_m_s2 == 0.0
@@ -163,21 +190,23 @@ class Loop:
         body = self.car.body
         motion = Motion(body.vx_m_s, self.car.road_wheel_angle_rad, body.forward_m_s2, body.yaw_rate_rad_s)
         report = PlantReport(self.car.gear, self.car.brake_holding, Controls())
-        for frame in (actuator_codec.encode_plant_report(report, self.counter),
-                      actuator_codec.encode_plant_motion(motion, self.counter)):
+        for frame in (
+            actuator_codec.encode_plant_report(report, self.counter),
+            actuator_codec.encode_plant_motion(motion, self.counter),
+        ):
             self.plant = self._take(decode_plant(self.plant, frame))
         self.inputs = replace(self.inputs, motion=self.plant.motion, motion_ns=self.ms * MS)
-        for frame in (ecu_codec.encode_drive_state(self.plant.report.gear, self.ecu.condition,
-                                                   self.plant.report.brake_holding, self.counter),
-                      ecu_codec.encode_controls(self.plant.report.controls, self.counter),
-                      ecu_codec.encode_motion(self.plant.motion, self.counter)):
+        for frame in (
+            ecu_codec.encode_drive_state(self.plant.report.gear, self.ecu.condition, self.plant.report.brake_holding, self.counter),
+            ecu_codec.encode_controls(self.plant.report.controls, self.counter),
+            ecu_codec.encode_motion(self.plant.motion, self.counter),
+        ):
             self.feedback = self._take(decode(self.feedback, frame))
 
     def _gateway_speaks(self, actuation, mode, hold):
         for frame in encode_command(actuation, mode, hold, self.counter):
             self.commands = self._take(decode_command(self.commands, frame))
-        self.inputs = replace(self.inputs, command=self.commands.command, body=self.commands.body,
-                              command_ns=self.ms * MS)
+        self.inputs = replace(self.inputs, command=self.commands.command, body=self.commands.body, command_ns=self.ms * MS)
 
     def _ecu_speaks(self):
         self.ecu, demand = ecu_step(self.ecu, self.inputs, self.ms * MS, SETTINGS)
@@ -295,8 +324,9 @@ def test_frames_that_come_before_the_buses_are_joined_are_no_error():
 
 def test_the_program_answers_on_the_actuator_bus_until_it_is_stopped(tmp_path):
     config = tmp_path / "car.toml"
-    config.write_text('[wire.pace]\nfifo_priority = 0\n[vehicle_gateway.can]\ninterface = "virtual"\nchannel = "ecu-test"\n'
-                      + VEHICLE_TOML)
+    config.write_text(
+        '[wire.pace]\nfifo_priority = 0\n[vehicle_gateway.can]\ninterface = "virtual"\nchannel = "ecu-test"\n' + VEHICLE_TOML
+    )
     can, stop, seen = CanSettings(interface="virtual", channel="ecu-test"), threading.Event(), threading.Event()
     result = []
     with open_bus(can, "actuator", lambda frame, _: seen.set(), Clock()):

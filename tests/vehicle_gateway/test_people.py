@@ -17,9 +17,19 @@ FAR_AWAY = Outline(1000.0, 1000.0, 0.0, 3.6, 0.9, 0.88)
 
 
 def street(curvature=0.0):
-    return Road(RoadMap(name="test", start=(0.0, 0.0), start_heading_rad=0.0, segments=(
-        RoadSegment(length_m=200.0, curvature_1_m=curvature),), lane_width_m=3.5, sidewalk_width_m=2.5, drives_on="right",
-        speed_limit_m_s=6.9, goal_station_m=150.0))
+    return Road(
+        RoadMap(
+            name="test",
+            start=(0.0, 0.0),
+            start_heading_rad=0.0,
+            segments=(RoadSegment(length_m=200.0, curvature_1_m=curvature),),
+            lane_width_m=3.5,
+            sidewalk_width_m=2.5,
+            drives_on="right",
+            speed_limit_m_s=6.9,
+            goal_station_m=150.0,
+        )
+    )
 
 
 ROAD = street()

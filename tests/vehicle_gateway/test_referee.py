@@ -10,11 +10,21 @@ from wire.messages.automation import RoadMap, RoadSegment
 from wire.road import Road
 from wire.scenario import Person
 
-ROAD = Road(RoadMap(name="test", start=(0.0, 0.0), start_heading_rad=0.0, segments=(RoadSegment(length_m=300.0),),
-                    lane_width_m=3.5, sidewalk_width_m=2.5, drives_on="right", speed_limit_m_s=6.9, goal_station_m=235.0))
+ROAD = Road(
+    RoadMap(
+        name="test",
+        start=(0.0, 0.0),
+        start_heading_rad=0.0,
+        segments=(RoadSegment(length_m=300.0),),
+        lane_width_m=3.5,
+        sidewalk_width_m=2.5,
+        drives_on="right",
+        speed_limit_m_s=6.9,
+        goal_station_m=235.0,
+    )
+)
 CONE = StaticObject(kind="cone", x_m=50.0, y_m=0.0, heading_rad=0.0, length_m=0.4, width_m=0.4, height_m=0.75, radius_m=0.2)
-BARRIER = StaticObject(kind="barrier", x_m=80.0, y_m=0.0, heading_rad=0.0, length_m=3.0, width_m=0.4, height_m=1.0,
-                       radius_m=1.52)
+BARRIER = StaticObject(kind="barrier", x_m=80.0, y_m=0.0, heading_rad=0.0, length_m=3.0, width_m=0.4, height_m=1.0, radius_m=1.52)
 WALL = ((100.0, 6.0), (120.0, 6.0), (120.0, 16.0), (100.0, 16.0))
 FRONT = 3.6  # rear axle to front bumper
 
@@ -42,11 +52,15 @@ def centimetres(start, end):
     return [start + 0.05 * i for i in range(int((end - start) / 0.05) + 1)]
 
 
-@pytest.mark.parametrize(("kind", "world", "touch_at"), [
-    ("cone", {"objects": [CONE]}, 50.0 - 0.2 - FRONT),
-    ("barrier", {"objects": [BARRIER]}, 80.0 - 0.2 - FRONT),
-    ("person", {"people": person_at(60.0, 0.0)}, 60.0 - 0.3 - FRONT),
-    ("building", {"buildings": [tuple((x, y - 6.0) for x, y in WALL)]}, 100.0 - FRONT)])
+@pytest.mark.parametrize(
+    ("kind", "world", "touch_at"),
+    [
+        ("cone", {"objects": [CONE]}, 50.0 - 0.2 - FRONT),
+        ("barrier", {"objects": [BARRIER]}, 80.0 - 0.2 - FRONT),
+        ("person", {"people": person_at(60.0, 0.0)}, 60.0 - 0.3 - FRONT),
+        ("building", {"buildings": [tuple((x, y - 6.0) for x, y in WALL)]}, 100.0 - FRONT),
+    ],
+)
 def test_a_contact_counts_when_the_bumper_meets_the_thing_and_not_before(kind, world, touch_at):
     before = drive(centimetres(touch_at - 5.0, touch_at - 0.06), **world)
     assert (before.collisions, before.closest_m > 0.0) == (0, True)
@@ -83,8 +97,10 @@ def test_the_closest_gap_is_the_smallest_of_the_whole_drive():
     assert state.closest_m == pytest.approx(4.0 - 0.3 - 0.88)
 
 
-@pytest.mark.parametrize(("station", "speed", "reached"), [
-    (231.9, 0.0, False), (232.1, 0.0, True), (240.0, 0.29, True), (234.0, 0.31, False), (234.0, -0.2, True)])
+@pytest.mark.parametrize(
+    ("station", "speed", "reached"),
+    [(231.9, 0.0, False), (232.1, 0.0, True), (240.0, 0.29, True), (234.0, 0.31, False), (234.0, -0.2, True)],
+)
 def test_the_goal_is_reached_standing_within_three_metres_before_it_or_beyond(station, speed, reached):
     assert look(RefereeState(), station, speed=speed).goal_reached == reached
 
@@ -102,6 +118,9 @@ def test_distance_is_what_was_driven_forwards_and_backwards():
 
 
 def test_collisions_and_the_goal_are_news_and_driving_on_is_not():
-    calm, crash, goal = (look(RefereeState(), 10.0), look(RefereeState(), 50.0, objects=[CONE]),
-                         look(RefereeState(), 234.0, speed=0.0))
+    calm, crash, goal = (
+        look(RefereeState(), 10.0),
+        look(RefereeState(), 50.0, objects=[CONE]),
+        look(RefereeState(), 234.0, speed=0.0),
+    )
     assert [tells_news(RefereeState(), after) for after in (calm, crash, goal)] == [False, True, True]

@@ -20,13 +20,36 @@ from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.road import Road
 from wire.scenario import Building, Scenario, Site, Start
 
-FRONT = CameraCalibration(name="front", required=True, width_px=1280, height_px=720, frame_rate_hz=30.0, focal_length_px=760.0,
-                          x_m=1.7, y_m=0.0, z_m=1.35, yaw_rad=0.0, pitch_rad=0.06)
+FRONT = CameraCalibration(
+    name="front",
+    required=True,
+    width_px=1280,
+    height_px=720,
+    frame_rate_hz=30.0,
+    focal_length_px=760.0,
+    x_m=1.7,
+    y_m=0.0,
+    z_m=1.35,
+    yaw_rad=0.0,
+    pitch_rad=0.06,
+)
 SMALL = msgspec.structs.replace(FRONT, width_px=640, height_px=360, focal_length_px=380.0)
 TURNED = msgspec.structs.replace(FRONT, yaw_rad=-0.25, y_m=0.3, pitch_rad=0.1)
-CAR = VehicleDescription(vehicle_id="t", length_m=4.5, width_m=1.76, height_m=1.5, wheelbase_m=2.7, rear_overhang_m=0.9,
-                         steering_ratio=14.0, road_wheel_angle_max_rad=0.6, acceleration_max_m_s2=2.0, braking_max_m_s2=8.0,
-                         speed_max_remote_m_s=8.0, mass_kg=1450.0, cameras=())
+CAR = VehicleDescription(
+    vehicle_id="t",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.0,
+    mass_kg=1450.0,
+    cameras=(),
+)
 STRAIGHT, BEND = (RoadSegment(length_m=60.0),), (RoadSegment(length_m=15.0), RoadSegment(length_m=45.0, curvature_1_m=0.0222))
 SITE = Site(station_m=20.0, length_m=12.0, cone_spacing_m=5.0, taper_m=10.0)
 PAST_SITE_M = 36.0  # a station from which nothing of the site is ahead
@@ -43,13 +66,31 @@ class Scene:
 
     @property
     def road(self) -> Road:
-        return Road(RoadMap(name="t", start=(5.0, -3.0), start_heading_rad=0.4, segments=self.segments, lane_width_m=3.5,
-                            sidewalk_width_m=2.5, drives_on=self.drives_on, speed_limit_m_s=7.0, goal_station_m=50.0))
+        return Road(
+            RoadMap(
+                name="t",
+                start=(5.0, -3.0),
+                start_heading_rad=0.4,
+                segments=self.segments,
+                lane_width_m=3.5,
+                sidewalk_width_m=2.5,
+                drives_on=self.drives_on,
+                speed_limit_m_s=7.0,
+                goal_station_m=50.0,
+            )
+        )
 
     @property
     def scenario(self) -> Scenario:
-        return Scenario(name="t", map="t.toml", seed=self.seed, time_limit_s=60.0, start=Start(station_m=0.0), site=self.site,
-                        buildings=self.buildings)
+        return Scenario(
+            name="t",
+            map="t.toml",
+            seed=self.seed,
+            time_limit_s=60.0,
+            start=Start(station_m=0.0),
+            site=self.site,
+            buildings=self.buildings,
+        )
 
 
 @lru_cache(maxsize=12)
@@ -63,8 +104,18 @@ def pose_at(road: Road, station: float, offset: float, turn: float = 0.0) -> Pos
 
 
 def world(pose: Pose, people: tuple[MovingPerson, ...] = (), pitch: float = 0.0, roll: float = 0.0) -> WorldState:
-    return WorldState(stamp_ns=0, car=pose, speed_m_s=5.0, road_wheel_angle_rad=0.0, pitch_rad=pitch, roll_rad=roll,
-                      indicators=Indicators.OFF, hazard=False, brake_lights=False, people=people)
+    return WorldState(
+        stamp_ns=0,
+        car=pose,
+        speed_m_s=5.0,
+        road_wheel_angle_rad=0.0,
+        pitch_rad=pitch,
+        roll_rad=roll,
+        indicators=Indicators.OFF,
+        hazard=False,
+        brake_lights=False,
+        people=people,
+    )
 
 
 def person_at(x: float, y: float, heading: float = 0.0) -> MovingPerson:
@@ -81,12 +132,20 @@ def pinhole(camera: CameraCalibration, pose: Pose, x: float, y: float, z: float)
     up = z - camera.z_m
     c, s = cos(camera.pitch_rad), sin(camera.pitch_rad)
     depth, above = ahead * c - up * s, up * c + ahead * s
-    return (camera.width_px / 2 - camera.focal_length_px * left / depth,
-            camera.height_px / 2 - camera.focal_length_px * above / depth, depth)
+    return (
+        camera.width_px / 2 - camera.focal_length_px * left / depth,
+        camera.height_px / 2 - camera.focal_length_px * above / depth,
+        depth,
+    )
 
 
-SCENES = (Scene(), Scene(segments=BEND), Scene(segments=BEND, drives_on="left"), Scene(calibration=SMALL),
-          Scene(calibration=TURNED))
+SCENES = (
+    Scene(),
+    Scene(segments=BEND),
+    Scene(segments=BEND, drives_on="left"),
+    Scene(calibration=SMALL),
+    Scene(calibration=TURNED),
+)
 NAMES = ("straight", "bend", "mirrored", "640x360", "turned")
 
 
@@ -106,8 +165,10 @@ def cone_boxes(scene: Scene, pose: Pose) -> Iterator[tuple[Box, bool]]:
             boxes.append((thing.kind, (min(u), top[1], max(u), max(v))))
     for i, (kind, box) in enumerate(boxes):
         inside = box[0] > 8 and box[2] < scene.calibration.width_px - 8 and box[3] < scene.calibration.height_px * 0.78
-        alone = all(k == i or box[2] + 8 < other[0] or other[2] + 8 < box[0] or box[3] + 8 < other[1]
-                    or other[3] + 8 < box[1] for k, (_, other) in enumerate(boxes))
+        alone = all(
+            k == i or box[2] + 8 < other[0] or other[2] + 8 < box[0] or box[3] + 8 < other[1] or other[3] + 8 < box[1]
+            for k, (_, other) in enumerate(boxes)
+        )
         if kind == "cone" and inside:
             yield box, alone
 
@@ -115,7 +176,7 @@ def cone_boxes(scene: Scene, pose: Pose) -> Iterator[tuple[Box, bool]]:
 def orange_box(picture: np.ndarray, around: Box) -> Box:
     """Extent of what is orange or red within 7 pixels of a box; an edge pixel that is half covered counts half."""
     x0, y0 = round(around[0]) - 7, round(around[1]) - 7
-    part = picture[max(0, y0):round(around[3]) + 7, max(0, x0):round(around[2]) + 7].astype(int)
+    part = picture[max(0, y0) : round(around[3]) + 7, max(0, x0) : round(around[2]) + 7].astype(int)
     rows, columns = np.nonzero(part[..., 2] - np.maximum(part[..., 0], part[..., 1]) > 45)
     return columns.min() + max(0, x0), rows.min() + max(0, y0), columns.max() + 1 + max(0, x0), rows.max() + 1 + max(0, y0)
 
@@ -140,6 +201,7 @@ def test_a_site_behind_the_car_draws_nothing_orange() -> None:
 
 
 # --- lane markings
+
 
 def sampled(grey: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Between the middles of the four pixels around; the middle of the first pixel is (0.5, 0.5)."""
@@ -170,7 +232,8 @@ def test_the_edge_lines_lie_where_the_pinhole_model_puts_them(scene: Scene, side
     for station in np.arange(PAST_SITE_M + 5.0, PAST_SITE_M + 24.0, 0.5):
         (u, v, depth), (u_on, v_on, _), (u_out, v_out, _) = (
             pinhole(camera, pose, *road.to_world(float(station) + more, side * offset)[:2], 0.0)
-            for more, offset in ((0.0, 3.21), (0.05, 3.21), (0.0, 3.39)))  # the kerb's light stone begins at 3.5
+            for more, offset in ((0.0, 3.21), (0.05, 3.21), (0.0, 3.39))
+        )  # the kerb's light stone begins at 3.5
         along = (u_on - u, v_on - v)
         half = abs((u_out - u) * along[1] - (v_out - v) * along[0]) / float(np.hypot(*along))
         if depth > 1.0 and half > 2.5 and 30 < u < camera.width_px - 30 and v < camera.height_px * 0.75:
@@ -201,7 +264,7 @@ def test_the_edge_of_a_line_is_smooth_not_a_step() -> None:
     between = 0
     for station in (45.0, 47.0, 49.0, 51.0, 53.0):
         u, v, _ = pinhole(FRONT, pose, *scene.road.to_world(station, -3.21)[:2], 0.0)
-        row = picture[int(v), int(u) - 20:int(u) + 20]
+        row = picture[int(v), int(u) - 20 : int(u) + 20]
         dark, bright = np.percentile(row, 30), row.max()
         between += int(((row > dark + 0.2 * (bright - dark)) & (row < dark + 0.8 * (bright - dark))).sum())
     assert between >= 8  # of ten edges
@@ -226,6 +289,7 @@ def test_what_is_far_does_not_flicker_when_the_car_moves_five_centimetres() -> N
 
 
 # --- people and walls
+
 
 def test_a_person_crossing_changes_the_picture_exactly_where_the_person_is() -> None:
     scene = Scene()
@@ -273,6 +337,7 @@ def test_a_wall_that_passes_the_camera_fills_its_side_of_the_picture_to_the_edge
 
 # --- the whole
 
+
 def test_the_same_state_gives_the_same_picture_also_from_a_second_camera() -> None:
     scene = Scene()
     state = world(pose_at(scene.road, 12.0, -1.75), (person_at(*scene.road.to_world(22.0, 4.8)[:2]),))
@@ -286,8 +351,12 @@ def test_nothing_of_the_picture_before_remains() -> None:
     camera = camera_of(Scene(buildings=(HOUSE,)))
     road = Scene().road
     white = world(pose_at(road, 30.0, 7.99, pi / 2))  # all wall
-    for station, offset, turn, roll in ((2.0, -1.75, 0.0, 0.0), (8.0, 1.75, 0.1, 0.05), (20.0, 2.0, 0.3, -0.06),
-                                        (27.0, 5.0, 0.0, 0.04)):
+    for station, offset, turn, roll in (
+        (2.0, -1.75, 0.0, 0.0),
+        (8.0, 1.75, 0.1, 0.05),
+        (20.0, 2.0, 0.3, -0.06),
+        (27.0, 5.0, 0.0, 0.04),
+    ):
         state = world(pose_at(road, station, offset, turn), roll=roll)
         first = camera.render(state)
         camera.render(white)
@@ -318,8 +387,11 @@ def test_a_car_that_leans_and_dips_sees_the_lines_where_the_projection_puts_them
     pose, pitch, roll = pose_at(scene.road, PAST_SITE_M, 0.0), 0.02, 0.05
     grey = camera_of(scene).render(world(pose, pitch=pitch, roll=roll)).astype(float).mean(axis=2)
     for station in (43.0, 46.0, 49.0, 52.0):
-        places = [(*scene.road.to_world(station + more, offset)[:2], 0.0) for side in (-1.0, 1.0)
-                  for more, offset in ((0.0, side * 3.21), (0.05, side * 3.21), (0.0, side * 3.39))]
+        places = [
+            (*scene.road.to_world(station + more, offset)[:2], 0.0)
+            for side in (-1.0, 1.0)
+            for more, offset in ((0.0, side * 3.21), (0.05, side * 3.21), (0.0, side * 3.39))
+        ]
         pixels, _ = project(FRONT, pose, pitch, roll, places)  # held against plain formulas in test_render_projection
         for at, on, out in (pixels[:3], pixels[3:]):
             along = (float(on[0] - at[0]), float(on[1] - at[1]))
@@ -327,9 +399,17 @@ def test_a_car_that_leans_and_dips_sees_the_lines_where_the_projection_puts_them
             assert beside_the_line(grey, (float(at[0]), float(at[1])), along, half) == pytest.approx(0.0, abs=min(2.0, half - 0.4))
 
 
-ODD_PLACES = {"off the road": (20.0, 30.0, 1.0), "inside a house": (30.0, 12.0, 0.3), "against a wall": (30.0, 7.9, pi / 2),
-              "across the road": (20.0, 0.0, pi / 2), "backwards": (20.0, 1.75, pi), "at the end": (60.0, -1.75, 0.0),
-              "beyond the end": (185.0, -1.75, 0.0), "far away": (5000.0, 800.0, 2.0), "before the start": (-35.0, -1.75, 0.0)}
+ODD_PLACES = {
+    "off the road": (20.0, 30.0, 1.0),
+    "inside a house": (30.0, 12.0, 0.3),
+    "against a wall": (30.0, 7.9, pi / 2),
+    "across the road": (20.0, 0.0, pi / 2),
+    "backwards": (20.0, 1.75, pi),
+    "at the end": (60.0, -1.75, 0.0),
+    "beyond the end": (185.0, -1.75, 0.0),
+    "far away": (5000.0, 800.0, 2.0),
+    "before the start": (-35.0, -1.75, 0.0),
+}
 
 
 @pytest.mark.parametrize("place", ODD_PLACES.values(), ids=ODD_PLACES.keys())

@@ -8,10 +8,24 @@ from vehicle_gateway.video.render.sheet import BEYOND_M, Reduced, Sheet
 from wire.messages.automation import RoadMap, RoadSegment
 from wire.road import Road
 
-ROAD = Road(RoadMap(name="s", start=(12.0, -7.0), start_heading_rad=0.7, lane_width_m=3.5, sidewalk_width_m=2.5, drives_on="right",
-                    speed_limit_m_s=7.0, goal_station_m=100.0, segments=(
-                        RoadSegment(length_m=40.0), RoadSegment(length_m=35.0, curvature_1_m=0.03),
-                        RoadSegment(length_m=20.0), RoadSegment(length_m=30.0, curvature_1_m=-0.02))))
+ROAD = Road(
+    RoadMap(
+        name="s",
+        start=(12.0, -7.0),
+        start_heading_rad=0.7,
+        lane_width_m=3.5,
+        sidewalk_width_m=2.5,
+        drives_on="right",
+        speed_limit_m_s=7.0,
+        goal_station_m=100.0,
+        segments=(
+            RoadSegment(length_m=40.0),
+            RoadSegment(length_m=35.0, curvature_1_m=0.03),
+            RoadSegment(length_m=20.0),
+            RoadSegment(length_m=30.0, curvature_1_m=-0.02),
+        ),
+    )
+)
 SHEET = Sheet(-40.0, 200.0, 6.5)
 
 

@@ -28,7 +28,8 @@ place, size = st.floats(-30, 30), st.floats(1, 20)
 
 @given(place, place, size, size, st.floats(0, pi), place, place)
 def test_a_point_whose_way_to_the_eye_crosses_a_block_is_always_drawn_before_it(
-        x: float, y: float, length: float, width: float, turn: float, px: float, py: float) -> None:
+    x: float, y: float, length: float, width: float, turn: float, px: float, py: float
+) -> None:
     crossed = any(is_inside(x, y, length, width, turn, px * k / 400, py * k / 400) for k in range(401))
     if crossed:
         assert hidden_by(box(x, y, length, width, turn)[None], np.array([[px, py]]), EYE)[0, 0]
@@ -61,8 +62,9 @@ WALL = (10.0, 100.0, 260.0, 310.0, 100.0, 260.0)
 
 
 def test_what_a_wall_covers_wholly_is_left_out_and_what_rises_above_it_is_kept() -> None:
-    shown, cover = seen([(64, 120, 128, 200), (64, 90, 128, 200), (0, 120, 128, 200), (0, 100, 320, 300)], [None, None, None, WALL],
-                        320, 320)
+    shown, cover = seen(
+        [(64, 120, 128, 200), (64, 90, 128, 200), (0, 120, 128, 200), (0, 100, 320, 300)], [None, None, None, WALL], 320, 320
+    )
     assert shown == [False, True, True, True]  # the third reaches into the cell at the edge, which the wall covers in part
     assert cover.sky_to[0] == 320 and 100 <= cover.sky_to[64 // CELL_PX] <= 103
     assert cover.ground_gap[0] == (0, 0) and cover.ground_gap[64 // CELL_PX][1] in (257, 258, 259, 260)
@@ -85,7 +87,8 @@ def test_ground_between_a_hedge_and_the_house_behind_it_stays_to_be_seen() -> No
 
 @given(st.floats(-50, 300), st.floats(5, 200), st.floats(0, 100), st.floats(0, 100), st.floats(120, 300), st.floats(120, 300))
 def test_every_pixel_that_counts_as_covered_lies_inside_the_wall(
-        left: float, width: float, top: float, top_end: float, foot: float, foot_end: float) -> None:
+    left: float, width: float, top: float, top_end: float, foot: float, foot_end: float
+) -> None:
     _, cover = seen([None], [(left, top, foot, left + width, top_end, foot_end)], 320, 320)
     for cell, ((first, last), sky_to) in enumerate(zip(cover.ground_gap, cover.sky_to, strict=True)):
         for u in (cell * CELL_PX, (cell + 1) * CELL_PX):

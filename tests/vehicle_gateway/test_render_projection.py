@@ -22,8 +22,9 @@ def turned(a: float, b: float, angle: float) -> tuple[float, float]:
     return a * cos(angle) + b * sin(angle), b * cos(angle) - a * sin(angle)
 
 
-def by_hand(camera: CameraCalibration, pose: Pose, pitch: float, roll: float,
-            point: tuple[float, float, float]) -> tuple[float, float, float]:
+def by_hand(
+    camera: CameraCalibration, pose: Pose, pitch: float, roll: float, point: tuple[float, float, float]
+) -> tuple[float, float, float]:
     """u, v, depth: undo heading, body pitch, body roll, mounting, camera yaw, camera pitch, one after the other."""
     x, y = turned(point[0] - pose.x_m, point[1] - pose.y_m, pose.heading_rad)
     z, x = turned(point[2], x, pitch)  # about y (left): positive turns z towards x, the nose down
@@ -39,7 +40,8 @@ angle = st.floats(-0.3, 0.3)
 
 @given(angle, angle, st.floats(-3, 3), angle, angle, st.floats(3, 80), st.floats(-0.5, 0.5), st.floats(-2, 8))
 def test_every_point_appears_where_one_rotation_after_the_other_puts_it(
-        yaw: float, tilt: float, heading: float, pitch: float, roll: float, away: float, aside: float, up: float) -> None:
+    yaw: float, tilt: float, heading: float, pitch: float, roll: float, away: float, aside: float, up: float
+) -> None:
     camera = calibration(yaw_rad=yaw, pitch_rad=tilt)
     pose = Pose(x_m=123.0, y_m=-45.0, heading_rad=heading)
     point = (123.0 + away * cos(heading + aside), -45.0 + away * sin(heading + aside), up)

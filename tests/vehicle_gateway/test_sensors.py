@@ -15,15 +15,43 @@ from wire.messages.sensing import Gnss, Imu, ObjectList, WheelSpeeds
 from wire.messages.vehicle import VehicleDescription
 
 VEHICLE = VehicleDescription(
-    vehicle_id="test", length_m=4.5, width_m=1.76, height_m=1.5, wheelbase_m=2.7, rear_overhang_m=0.9, steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6, acceleration_max_m_s2=2.0, braking_max_m_s2=8.0, speed_max_remote_m_s=8.33,
-    mass_kg=1450.0, cameras=())
+    vehicle_id="test",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.33,
+    mass_kg=1450.0,
+    cameras=(),
+)
 PARAMETERS = car_parameters(VEHICLE, ChassisParameters(), ActuatorParameters())
-EXACT = Biases(acceleration_m_s2=(0.0, 0.0, 0.0), rate_rad_s=(0.0, 0.0, 0.0), gnss_m=(0.0, 0.0),
-               wheel_scale=(1.0, 1.0, 1.0, 1.0), road_wheel_angle_rad=0.0)
-PERFECT = SensorSettings(object_m=0.0, object_per_m=0.0, object_misses=0.0, object_misses_far=0.0, object_wrong_kind=0.0,
-                         object_false_per_scan=0.0, imu_acceleration_m_s2=0.0, imu_rate_rad_s=0.0, road_roughness_m_s2=0.0,
-                         gnss_m=0.0, gnss_heading_rad=0.0, wheel_m_s=0.0, road_wheel_angle_rad=0.0)
+EXACT = Biases(
+    acceleration_m_s2=(0.0, 0.0, 0.0),
+    rate_rad_s=(0.0, 0.0, 0.0),
+    gnss_m=(0.0, 0.0),
+    wheel_scale=(1.0, 1.0, 1.0, 1.0),
+    road_wheel_angle_rad=0.0,
+)
+PERFECT = SensorSettings(
+    object_m=0.0,
+    object_per_m=0.0,
+    object_misses=0.0,
+    object_misses_far=0.0,
+    object_wrong_kind=0.0,
+    object_false_per_scan=0.0,
+    imu_acceleration_m_s2=0.0,
+    imu_rate_rad_s=0.0,
+    road_roughness_m_s2=0.0,
+    gnss_m=0.0,
+    gnss_heading_rad=0.0,
+    wheel_m_s=0.0,
+    road_wheel_angle_rad=0.0,
+)
 CAR = Outline(0.0, 0.0, 0.0, 3.6, 0.9, 0.88)
 MANY = 4000
 
@@ -54,8 +82,10 @@ def test_imu_noise_and_bias_are_those_of_the_specification():
 
 def test_a_moving_car_feels_the_road_and_a_standing_one_does_not():
     settings, random = SensorSettings(), Random(3)
-    still, fast = (pstdev(sensors.imu(Car(body=Body(vx_m_s=speed)), EXACT, settings, random, 0).acceleration_z_m_s2
-                          for _ in range(MANY)) for speed in (0.0, 8.0))
+    still, fast = (
+        pstdev(sensors.imu(Car(body=Body(vx_m_s=speed)), EXACT, settings, random, 0).acceleration_z_m_s2 for _ in range(MANY))
+        for speed in (0.0, 8.0)
+    )
     assert still == pytest.approx(settings.imu_acceleration_m_s2, rel=0.05)
     assert fast == pytest.approx(hypot(settings.imu_acceleration_m_s2, settings.road_roughness_m_s2), rel=0.05)
 
@@ -70,8 +100,9 @@ def test_the_claimed_deviation_of_the_position_is_the_real_one_over_many_drives(
 
 
 def test_heading_stays_wrapped_at_the_seam():
-    headings = [sensors.gnss(Car(body=Body(heading_rad=pi)), EXACT, SensorSettings(), Random(seed), 0).heading_rad
-                for seed in range(50)]
+    headings = [
+        sensors.gnss(Car(body=Body(heading_rad=pi)), EXACT, SensorSettings(), Random(seed), 0).heading_rad for seed in range(50)
+    ]
     assert max(headings) <= pi
     assert min(headings) < -3.0
 
@@ -88,9 +119,12 @@ def test_standing_wheels_give_exactly_zero_and_turning_ones_their_own_speed():
 def test_every_reading_is_a_valid_message():
     random, settings, car = Random(2), SensorSettings(object_false_per_scan=5.0), Car(body=Body(vx_m_s=8.0))
     biases = draw_biases(settings, random)
-    for message in (sensors.imu(car, biases, settings, random, 1), sensors.gnss(car, biases, settings, random, 1),
-                    sensors.wheel_speeds(car, PARAMETERS, biases, settings, random, 1),
-                    object_list(CAR, [Thing("cone", 10.0, 0.0, 0.2)], (), settings, random, 1)):
+    for message in (
+        sensors.imu(car, biases, settings, random, 1),
+        sensors.gnss(car, biases, settings, random, 1),
+        sensors.wheel_speeds(car, PARAMETERS, biases, settings, random, 1),
+        object_list(CAR, [Thing("cone", 10.0, 0.0, 0.2)], (), settings, random, 1),
+    ):
         assert isinstance(message, Imu | Gnss | WheelSpeeds | ObjectList)
         assert decoder(type(message)).decode(encode(message)) == message
 
@@ -114,8 +148,9 @@ def test_what_stands_behind_a_building_is_not_seen():
 
 
 def test_a_barrier_is_seen_as_several_detections_that_cover_it():
-    barrier = StaticObject(kind="barrier", x_m=20.0, y_m=-1.75, heading_rad=0.0, length_m=3.2, width_m=0.4, height_m=1.0,
-                           radius_m=1.61)
+    barrier = StaticObject(
+        kind="barrier", x_m=20.0, y_m=-1.75, heading_rad=0.0, length_m=3.2, width_m=0.4, height_m=1.0, radius_m=1.61
+    )
     parts = sorted(scan(things_of([barrier])), key=lambda seen: seen.y_m)
     assert len(parts) == 4
     assert {seen.x_m for seen in parts} == {20.0}

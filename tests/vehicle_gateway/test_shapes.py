@@ -13,12 +13,16 @@ BOX = ((10.0, -2.0), (14.0, -2.0), (14.0, 2.0), (10.0, 2.0))
 
 def along(polygon, n=25):
     """Points on the outline, for the plain rule: try them all."""
-    return [(ax + (bx - ax) * i / n, ay + (by - ay) * i / n)
-            for (ax, ay), (bx, by) in zip(polygon, polygon[1:] + polygon[:1], strict=True) for i in range(n)]
+    return [
+        (ax + (bx - ax) * i / n, ay + (by - ay) * i / n)
+        for (ax, ay), (bx, by) in zip(polygon, polygon[1:] + polygon[:1], strict=True)
+        for i in range(n)
+    ]
 
 
-@pytest.mark.parametrize(("x", "y", "gap"), [(0, 0, 0), (4.6, 0, 1), (-1.9, 0, 1), (1, 1.88, 1), (1, -2.88, 2),
-                                             (3.6 + 3, 0.88 + 4, 5)])
+@pytest.mark.parametrize(
+    ("x", "y", "gap"), [(0, 0, 0), (4.6, 0, 1), (-1.9, 0, 1), (1, 1.88, 1), (1, -2.88, 2), (3.6 + 3, 0.88 + 4, 5)]
+)
 def test_the_gap_of_a_point_is_measured_to_the_nearest_bumper_side_or_corner(x, y, gap):
     assert point_gap_m(CAR, x, y) == pytest.approx(gap)
 

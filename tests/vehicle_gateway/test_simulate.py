@@ -71,8 +71,12 @@ def test_straight_on_without_a_driver_hits_something_and_the_referee_says_what()
 def test_driven_into_the_site_the_referee_counts_cone_or_barrier():
     stage, now = world()
     x, y, heading = stage.road.to_world(140.0, -1.75)
-    now = replace(now, station_m=140.0, people=(),
-                  car=now.car._replace(body=now.car.body._replace(x_m=x, y_m=y, heading_rad=heading, vx_m_s=5.0)))
+    now = replace(
+        now,
+        station_m=140.0,
+        people=(),
+        car=now.car._replace(body=now.car.body._replace(x_m=x, y_m=y, heading_rad=heading, vx_m_s=5.0)),
+    )
     for _ in range(400):
         now = advance(now, stage, Demand(0.0, 0.3, 0.0), 8)
     assert now.referee.collisions >= 2
@@ -82,8 +86,12 @@ def test_driven_into_the_site_the_referee_counts_cone_or_barrier():
 def test_past_the_site_in_the_other_lane_there_is_room():
     stage, now = world()
     x, y, heading = stage.road.to_world(130.0, 1.75)
-    now = replace(now, station_m=130.0, people=(),
-                  car=now.car._replace(body=now.car.body._replace(x_m=x, y_m=y, heading_rad=heading, vx_m_s=5.0)))
+    now = replace(
+        now,
+        station_m=130.0,
+        people=(),
+        car=now.car._replace(body=now.car.body._replace(x_m=x, y_m=y, heading_rad=heading, vx_m_s=5.0)),
+    )
     while now.station_m < 180.0:
         now = advance(now, stage, Demand(0.0, max(0.0, 5.0 - now.car.body.vx_m_s), 0.0), 8)
     assert now.referee.collisions == 0
@@ -155,8 +163,7 @@ class Counting(dict):
 
 def simulation(shelf, demands=None, settings=SETTINGS):
     shelf.dropped = Counting()
-    return Simulation(VEHICLE, settings, demands or Demands(), shelf, shelf, shelf,
-                      Pace(0.004, Clock(), threading.Event()))
+    return Simulation(VEHICLE, settings, demands or Demands(), shelf, shelf, shelf, Pace(0.004, Clock(), threading.Event()))
 
 
 def run_for(running, milliseconds, start_ms=1000):
@@ -226,7 +233,8 @@ def test_a_machine_that_slept_loses_time_and_says_so_instead_of_leaping():
     assert running.world.elapsed_s - before == pytest.approx(0.1)
     run_for(running, 1000, 1096 + 5004)
     assert shelf.put_[-1][0] != "" and any(
-        name == "car_health" and m.dropped.get("milliseconds lost") == 4900 for name, m in shelf.put_)
+        name == "car_health" and m.dropped.get("milliseconds lost") == 4900 for name, m in shelf.put_
+    )
 
 
 def test_the_same_seed_gives_the_same_drive_and_another_scenario_another():
@@ -245,9 +253,11 @@ def test_an_unknown_scenario_is_an_error_that_names_the_file():
 def configuration(folder, certificates_folder):
     text = shipped("simulated.toml").read_text()
     file = folder / "car.toml"
-    file.write_text(text.replace("[wire.link]", f'[wire.link]\ncertificates = "{certificates_folder}"\ncar_hub = "127.0.0.1:9"')
-                    + f'\n[wire.session]\nfolder = "{folder}"\n[wire.pace]\nfifo_priority = 0\n'
-                    + f'[vehicle_gateway.can]\ninterface = "virtual"\nchannel = "{folder.name}"\n')
+    file.write_text(
+        text.replace("[wire.link]", f'[wire.link]\ncertificates = "{certificates_folder}"\ncar_hub = "127.0.0.1:9"')
+        + f'\n[wire.session]\nfolder = "{folder}"\n[wire.pace]\nfifo_priority = 0\n'
+        + f'[vehicle_gateway.can]\ninterface = "virtual"\nchannel = "{folder.name}"\n'
+    )
     return file
 
 

@@ -14,17 +14,32 @@ SCENARIOS = sorted(shipped("scenarios").glob("*.toml"))
 
 
 def street(side="right", curvature=0.0):
-    return Road(RoadMap(name="test", start=(0.0, 0.0), start_heading_rad=0.3, segments=(
-        RoadSegment(length_m=60.0), RoadSegment(length_m=120.0, curvature_1_m=curvature)), lane_width_m=3.5,
-        sidewalk_width_m=2.5, drives_on=side, speed_limit_m_s=6.9, goal_station_m=300.0))
+    return Road(
+        RoadMap(
+            name="test",
+            start=(0.0, 0.0),
+            start_heading_rad=0.3,
+            segments=(RoadSegment(length_m=60.0), RoadSegment(length_m=120.0, curvature_1_m=curvature)),
+            lane_width_m=3.5,
+            sidewalk_width_m=2.5,
+            drives_on=side,
+            speed_limit_m_s=6.9,
+            goal_station_m=300.0,
+        )
+    )
 
 
 def closed(site):
     return Scenario(name="test", map="", seed=1, time_limit_s=60.0, start=Start(station_m=0.0), site=site)
 
 
-SITES = st.builds(Site, station_m=st.floats(40.0, 110.0), length_m=st.floats(2.0, 60.0), cone_spacing_m=st.floats(1.0, 10.0),
-                  taper_m=st.floats(0.0, 30.0))
+SITES = st.builds(
+    Site,
+    station_m=st.floats(40.0, 110.0),
+    length_m=st.floats(2.0, 60.0),
+    cone_spacing_m=st.floats(1.0, 10.0),
+    taper_m=st.floats(0.0, 30.0),
+)
 
 
 @given(site=SITES, side=st.sampled_from(["left", "right"]), curvature=st.sampled_from([0.0, 0.0222, -0.0222]))
@@ -41,7 +56,8 @@ def test_no_car_fits_past_a_barrier_in_the_own_lane_and_barriers_stand_at_both_e
     road = street(side)
     barriers = [thing for thing in site_objects(closed(site), road) if thing.kind == "barrier"]
     assert [road.to_road(b.x_m, b.y_m).station_m for b in barriers] == pytest.approx(
-        [site.station_m, site.station_m + site.length_m])
+        [site.station_m, site.station_m + site.length_m]
+    )
     for barrier in barriers:
         across = [road.own_side * road.to_road(*corner).offset_m for corner in object_corners(barrier)]
         assert min(across) < 0.88  # half a car: it cannot pass without using the other lane
@@ -86,7 +102,8 @@ def test_every_shipped_scenario_leaves_the_street_free_of_buildings_and_closes_o
 
 def test_the_mirrored_scenario_is_the_main_one_in_a_mirror():
     (main, main_map), (mirrored, mirrored_map) = (
-        read_scenario(shipped("scenarios", name)) for name in ("closed_road.toml", "mirrored.toml"))
+        read_scenario(shipped("scenarios", name)) for name in ("closed_road.toml", "mirrored.toml")
+    )
     one, other = Road(read_map(main_map)), Road(read_map(mirrored_map))
     for a, b in zip(site_objects(main, one), site_objects(mirrored, other), strict=True):
         assert (a.x_m, a.y_m) == pytest.approx((b.x_m, -b.y_m))

@@ -13,15 +13,26 @@ from wire.messages.vehicle import CameraCalibration
 RATE_HZ = 30
 PERIOD_NS = 33_333_333
 S = 1_000_000_000
-CAMERA = CameraCalibration(name="front", required=True, width_px=192, height_px=108, frame_rate_hz=RATE_HZ,
-                           focal_length_px=120.0, x_m=1.7, y_m=0.0, z_m=1.3, yaw_rad=0.0, pitch_rad=0.0)
+CAMERA = CameraCalibration(
+    name="front",
+    required=True,
+    width_px=192,
+    height_px=108,
+    frame_rate_hz=RATE_HZ,
+    focal_length_px=120.0,
+    x_m=1.7,
+    y_m=0.0,
+    z_m=1.3,
+    yaw_rad=0.0,
+    pitch_rad=0.0,
+)
 NOISE = np.random.default_rng(7).integers(0, 255, (108, 400, 3), dtype=np.uint8)
 SMOOTH = np.kron(np.random.default_rng(8).integers(40, 215, (9, 40, 1)), np.ones((12, 10, 3))).astype(np.uint8)
 SPS, PPS, IDR = 7, 8, 5
 
 
 def picture(number: int) -> av.VideoFrame:
-    return from_bgr(np.ascontiguousarray(NOISE[:, number % 200:number % 200 + 192]))
+    return from_bgr(np.ascontiguousarray(NOISE[:, number % 200 : number % 200 + 192]))
 
 
 def nal_types(annex_b: bytes) -> list[int]:
@@ -72,7 +83,7 @@ def test_every_picture_is_decoded_at_once_in_order_and_looks_like_what_went_in()
     decoder = av.CodecContext.create("h264", "r")
     encoder = Encoder(CAMERA, VideoSettings(bitrate_kbps=20000))
     for number in range(12):
-        image = np.ascontiguousarray(SMOOTH[:, 10 * number:10 * number + 192])
+        image = np.ascontiguousarray(SMOOTH[:, 10 * number : 10 * number + 192])
         frames = decoder.decode(av.Packet(encoder.encode(from_bgr(image), number * PERIOD_NS).annex_b))
         assert len(frames) == 1
         difference = frames[0].to_ndarray(format="bgr24").astype(int) - image
@@ -98,7 +109,7 @@ def test_a_lower_rate_is_obeyed_at_once_and_a_higher_one_with_the_next_idr() -> 
             idrs.append(number)
     assert idrs[:2] == [0, 30]
     assert 90 <= idrs[2] <= 92
-    before, low, after = (sum(sizes[start:start + 30]) for start in (0, 31, 100))
+    before, low, after = (sum(sizes[start : start + 30]) for start in (0, 31, 100))
     assert low < 0.4 * before  # a quarter, less the receiver's headroom
     assert after > 0.7 * before
 

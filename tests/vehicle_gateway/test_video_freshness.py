@@ -18,8 +18,19 @@ from wire.clock import Clock
 from wire.messages.vehicle import CameraCalibration
 from wire.picture import EncodedPicture
 
-CAMERA = CameraCalibration(name="front", required=True, width_px=96, height_px=64, frame_rate_hz=30.0,
-                           focal_length_px=60.0, x_m=1.7, y_m=0.0, z_m=1.3, yaw_rad=0.0, pitch_rad=0.0)
+CAMERA = CameraCalibration(
+    name="front",
+    required=True,
+    width_px=96,
+    height_px=64,
+    frame_rate_hz=30.0,
+    focal_length_px=60.0,
+    x_m=1.7,
+    y_m=0.0,
+    z_m=1.3,
+    yaw_rad=0.0,
+    pitch_rad=0.0,
+)
 MS = 1_000_000
 
 
@@ -67,7 +78,12 @@ def test_repeated_content_keeps_the_old_stamp_in_the_picture_and_in_the_recordin
     decoder = av.CodecContext.create("h264", "r")
     stamps = [read_stamp(user_data(frame)) for one in sent for frame in decoder.decode(av.Packet(one.annex_b))]
     assert [(stamp.capture_ns, stamp.sequence) for stamp in stamps if stamp] == [
-        (10 * MS, 1), (11 * MS, 2), (11 * MS, 3), (11 * MS, 4), (14 * MS, 5)]
+        (10 * MS, 1),
+        (11 * MS, 2),
+        (11 * MS, 3),
+        (11 * MS, 4),
+        (14 * MS, 5),
+    ]
     assert [picture.capture_ns for picture in sent] == [10 * MS, 11 * MS, 11 * MS, 11 * MS, 14 * MS]
 
 

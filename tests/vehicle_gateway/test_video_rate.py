@@ -26,8 +26,7 @@ def test_whatever_is_reported_the_rate_stays_between_floor_and_ceiling(steps: li
 
 
 @given(reports, st.floats(0.0, 1.0))
-def test_heavy_loss_never_raises_the_rate_and_no_loss_never_lowers_it(
-        steps: list[tuple[bool, float]], lost: float) -> None:
+def test_heavy_loss_never_raises_the_rate_and_no_loss_never_lowers_it(steps: list[tuple[bool, float]], lost: float) -> None:
     rate = full_rate(LIMITS)
     for is_estimate, share in steps:
         rate = after_estimate(rate, share * 10_000_000) if is_estimate else after_loss(rate, share, LIMITS)

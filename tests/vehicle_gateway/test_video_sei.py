@@ -31,7 +31,7 @@ def unprotected(data: bytes) -> bytes:
 @example(b"\x00\x00\x03\x00\x00\x03")
 def test_protected_bytes_never_look_like_a_start_code_and_come_back_whole(data: bytes) -> None:
     guarded = protect(data + b"\x80")
-    assert not any(guarded[i:i + 3] in (b"\0\0\0", b"\0\0\1", b"\0\0\2") for i in range(len(guarded)))
+    assert not any(guarded[i : i + 3] in (b"\0\0\0", b"\0\0\1", b"\0\0\2") for i in range(len(guarded)))
     assert unprotected(guarded) == data + b"\x80"
 
 

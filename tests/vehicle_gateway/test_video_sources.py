@@ -21,12 +21,34 @@ from wire.messages.base import Indicators
 from wire.messages.sensing import Pose, WorldState
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 
-CAMERA = CameraCalibration(name="front", required=True, width_px=320, height_px=180, frame_rate_hz=30.0,
-                           focal_length_px=200.0, x_m=1.7, y_m=0.0, z_m=1.3, yaw_rad=0.0, pitch_rad=0.0)
-CAR = VehicleDescription(vehicle_id="car", length_m=4.5, width_m=1.8, height_m=1.5, wheelbase_m=2.7,
-                         rear_overhang_m=0.9, steering_ratio=14.0, road_wheel_angle_max_rad=0.6,
-                         acceleration_max_m_s2=2.0, braking_max_m_s2=8.0, speed_max_remote_m_s=8.0, mass_kg=1400.0,
-                         cameras=(CAMERA,))
+CAMERA = CameraCalibration(
+    name="front",
+    required=True,
+    width_px=320,
+    height_px=180,
+    frame_rate_hz=30.0,
+    focal_length_px=200.0,
+    x_m=1.7,
+    y_m=0.0,
+    z_m=1.3,
+    yaw_rad=0.0,
+    pitch_rad=0.0,
+)
+CAR = VehicleDescription(
+    vehicle_id="car",
+    length_m=4.5,
+    width_m=1.8,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.0,
+    mass_kg=1400.0,
+    cameras=(CAMERA,),
+)
 DASH_CAM = Path(__file__).resolve().parents[3] / "shared/data/udacity_lanelines/solidWhiteRight.mp4"
 MS = 1_000_000
 
@@ -86,8 +108,19 @@ def test_a_file_is_looped_scaled_watermarked_and_stamped_with_the_time_it_is_pla
 
 @pytest.mark.skipif(not DASH_CAM.is_file(), reason=f"no dash-cam clip at {DASH_CAM}")
 def test_the_dash_cam_clip_plays_at_720p_and_is_marked() -> None:
-    camera = CameraCalibration(name="front", required=True, width_px=1280, height_px=720, frame_rate_hz=30.0,
-                               focal_length_px=760.0, x_m=1.7, y_m=0.0, z_m=1.3, yaw_rad=0.0, pitch_rad=0.0)
+    camera = CameraCalibration(
+        name="front",
+        required=True,
+        width_px=1280,
+        height_px=720,
+        frame_rate_hz=30.0,
+        focal_length_px=760.0,
+        x_m=1.7,
+        y_m=0.0,
+        z_m=1.3,
+        yaw_rad=0.0,
+        pitch_rad=0.0,
+    )
     with MediaSource(SourceChoice("file", str(DASH_CAM)), camera, Clock()) as source:
         pictures = take(source, 3)
     for picture in pictures:
@@ -96,10 +129,10 @@ def test_the_dash_cam_clip_plays_at_720p_and_is_marked() -> None:
         assert plane(picture.frame, 0)[200:500].std() > 20  # there is a road in it
 
 
-@pytest.mark.parametrize(("content", "words"), [
-    (None, "cannot be read"), (b"", "cannot be read"), (b"not a video at all" * 100, "cannot be read")])
-def test_a_file_that_cannot_be_played_is_named_with_its_key_and_the_fix(
-        tmp_path: Path, content: bytes | None, words: str) -> None:
+@pytest.mark.parametrize(
+    ("content", "words"), [(None, "cannot be read"), (b"", "cannot be read"), (b"not a video at all" * 100, "cannot be read")]
+)
+def test_a_file_that_cannot_be_played_is_named_with_its_key_and_the_fix(tmp_path: Path, content: bytes | None, words: str) -> None:
     path = tmp_path / "clip.mp4"
     if content is not None:
         path.write_bytes(content)
@@ -115,7 +148,7 @@ def test_a_file_that_cannot_be_played_is_named_with_its_key_and_the_fix(
 
 def test_a_file_cut_off_after_its_head_is_an_error_at_start(tmp_path: Path) -> None:
     whole = write_clip(tmp_path / "whole.mkv", 5).read_bytes()
-    (tmp_path / "cut.mkv").write_bytes(whole[:len(whole) // 3])
+    (tmp_path / "cut.mkv").write_bytes(whole[: len(whole) // 3])
     with pytest.raises(ConfigurationError, match="cut.mkv"):
         MediaSource(SourceChoice("file", str(tmp_path / "cut.mkv")), CAMERA, Clock())
 
@@ -125,13 +158,17 @@ def test_a_missing_v4l2_camera_is_named_with_the_fix() -> None:
         MediaSource(SourceChoice("v4l2", "/dev/video97"), CAMERA, Clock())
 
 
-@pytest.mark.parametrize(("text", "choice"), [
-    ("simulated", SourceChoice("simulated", "")),
-    ("file:/a/b c.mp4", SourceChoice("file", "/a/b c.mp4")),
-    ("file:C:clip.mp4", SourceChoice("file", "C:clip.mp4")),
-    ("rtsp://camera:554/main", SourceChoice("rtsp", "rtsp://camera:554/main")),
-    ("rtsp:rtsp://camera/main", SourceChoice("rtsp", "rtsp://camera/main")),
-    ("v4l2:/dev/video0", SourceChoice("v4l2", "/dev/video0"))])
+@pytest.mark.parametrize(
+    ("text", "choice"),
+    [
+        ("simulated", SourceChoice("simulated", "")),
+        ("file:/a/b c.mp4", SourceChoice("file", "/a/b c.mp4")),
+        ("file:C:clip.mp4", SourceChoice("file", "C:clip.mp4")),
+        ("rtsp://camera:554/main", SourceChoice("rtsp", "rtsp://camera:554/main")),
+        ("rtsp:rtsp://camera/main", SourceChoice("rtsp", "rtsp://camera/main")),
+        ("v4l2:/dev/video0", SourceChoice("v4l2", "/dev/video0")),
+    ],
+)
 def test_a_source_text_names_kind_and_place(text: str, choice: SourceChoice) -> None:
     assert parse_source(text) == choice
 
@@ -146,8 +183,7 @@ def test_a_source_for_a_camera_that_the_car_has_not_is_an_error_that_names_those
 
 
 def test_the_bit_rate_follows_the_pixels_per_second() -> None:
-    quarter = CameraCalibration(**{**{f: getattr(CAMERA, f) for f in CAMERA.__struct_fields__}, "width_px": 640,
-                                   "height_px": 360})
+    quarter = CameraCalibration(**{**{f: getattr(CAMERA, f) for f in CAMERA.__struct_fields__}, "width_px": 640, "height_px": 360})
     assert camera_bitrate_bps(4000, quarter) == 1_000_000
 
 
@@ -160,9 +196,18 @@ class PlainRenderer:
 
 
 def world_at(stamp_ns: int) -> WorldState:
-    return WorldState(stamp_ns=stamp_ns, car=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), speed_m_s=0.0,
-                      road_wheel_angle_rad=0.0, pitch_rad=0.0, roll_rad=0.0, indicators=Indicators.OFF, hazard=False,
-                      brake_lights=False, people=())
+    return WorldState(
+        stamp_ns=stamp_ns,
+        car=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+        speed_m_s=0.0,
+        road_wheel_angle_rad=0.0,
+        pitch_rad=0.0,
+        roll_rad=0.0,
+        indicators=Indicators.OFF,
+        hazard=False,
+        brake_lights=False,
+        people=(),
+    )
 
 
 def test_a_world_at_60_hz_becomes_a_camera_at_30_hz_with_the_worlds_own_stamps() -> None:

@@ -22,5 +22,7 @@ def moved_target(target_rad: float, wanted_rad: float, dt_s: float, settings: Ar
 
 
 def arms_torque_nm(wheel: VirtualWheel, target_rad: float, settings: ArmsSettings) -> float:
-    return clamp(settings.stiffness_nm_rad * (target_rad - wheel.angle_rad) - settings.damping_nm_s * wheel.rate_rad_s,
-                 settings.torque_max_nm)
+    return clamp(
+        settings.stiffness_nm_rad * (target_rad - wheel.angle_rad) - settings.damping_nm_s * wheel.rate_rad_s,
+        settings.torque_max_nm,
+    )

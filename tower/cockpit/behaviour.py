@@ -110,7 +110,11 @@ def _drive(state: Behaviour, seen: Situation, now_ns: int) -> Behaviour:
 
 
 _TABLE: dict[Doing, Callable[[Behaviour, Situation, int], Behaviour]] = {
-    Doing.WATCH: _watch, Doing.REACT: _react, Doing.TAKE: _take, Doing.DRIVE: _drive}
+    Doing.WATCH: _watch,
+    Doing.REACT: _react,
+    Doing.TAKE: _take,
+    Doing.DRIVE: _drive,
+}
 
 
 def _may_press(state: Behaviour, now_ns: int) -> bool:

@@ -73,8 +73,7 @@ def _device(settings: CockpitSettings, haptics: HapticsSettings) -> Device:
 class Cockpit:
     """The state between two ticks, and the order of a tick."""
 
-    def __init__(self, settings: CockpitSettings, haptics: HapticsSettings, link: CockpitLink, asker: Asking,
-                 session: str) -> None:
+    def __init__(self, settings: CockpitSettings, haptics: HapticsSettings, link: CockpitLink, asker: Asking, session: str) -> None:
         self._settings = settings
         self._haptics = haptics
         self._link = link
@@ -175,20 +174,29 @@ class Cockpit:
 
     def _wheel_inputs(self, view: View, status: GatewayStatus | None, now_ns: int) -> WheelInputs:
         state, car = view.vehicle_state, view.description
-        angle = (state.message.road_wheel_angle_rad * car.message.steering_ratio
-                 if state is not None and car is not None else None)
+        angle = state.message.road_wheel_angle_rad * car.message.steering_ratio if state is not None and car is not None else None
         return WheelInputs(
-            angle_rad=self._controls.wheel.angle_rad, rate_rad_s=self._controls.wheel.rate_rad_s, car_angle_rad=angle,
-            telemetry_age_ns=now_ns - state.received_ns if state is not None else None, speed_m_s=view.speed_m_s,
+            angle_rad=self._controls.wheel.angle_rad,
+            rate_rad_s=self._controls.wheel.rate_rad_s,
+            car_angle_rad=angle,
+            telemetry_age_ns=now_ns - state.received_ns if state is not None else None,
+            speed_m_s=view.speed_m_s,
             lateral_m_s2=state.message.speed_m_s * state.message.yaw_rate_rad_s if state is not None else 0.0,
             lock_rad=lock_rad(car.message if car is not None else None),
             wanted=hand_over.wheel_wanted(self._hand_over, status, self._controls.dead_man),
             driving=hand_over.is_driving(self._hand_over, status, self._settings.operator, now_ns),
-            armed=self._arming.armed)
+            armed=self._arming.armed,
+        )
 
     def _ask(self, pressed: frozenset[str], status: GatewayStatus | None, now_ns: int) -> None:
-        inputs = HandOverInputs(pressed=pressed, phase=self._wheel.phase, dead_man=self._controls.dead_man,
-                                lease_epoch=self._lease.epoch, status=status, asker_busy=self._asker.busy)
+        inputs = HandOverInputs(
+            pressed=pressed,
+            phase=self._wheel.phase,
+            dead_man=self._controls.dead_man,
+            lease_epoch=self._lease.epoch,
+            status=status,
+            asker_busy=self._asker.busy,
+        )
         self._hand_over, request = hand_over.step(self._hand_over, inputs, now_ns)
         if request is not None:
             self._asker.offer("hand_over", sign(request, self._lease.key))
@@ -217,16 +225,29 @@ class Cockpit:
     def _stamps(self, view: View, now_ns: int) -> Stamps:
         state = view.vehicle_state.message if view.vehicle_state is not None else None
         window = view.window_status.message if view.window_status is not None else None
-        return Stamps(sent_ns=now_ns, event_ns=self._controls.event_ns,
-                      echoed_vehicle_ns=state.stamp_ns if state is not None else 0,
-                      echoed_boot_id=state.boot_id if state is not None else "",
-                      displayed_capture_ns=window.displayed_capture_ns if window is not None else {})
+        return Stamps(
+            sent_ns=now_ns,
+            event_ns=self._controls.event_ns,
+            echoed_vehicle_ns=state.stamp_ns if state is not None else 0,
+            echoed_boot_id=state.boot_id if state is not None else "",
+            displayed_capture_ns=window.displayed_capture_ns if window is not None else {},
+        )
 
     def _publish(self, want: Wanted, error_rad: float, now_ns: int) -> None:
         self._repeat_stop(now_ns)
-        told = Told(operator=self._settings.operator, device=self._device.name, lease=self._lease, controls=self._controls,
-                    armed=self._arming.armed, wheel=self._wheel, alignment_error_rad=error_rad, want=want,
-                    hand_over=self._hand_over, stop=self._stop, sync=self._sync)
+        told = Told(
+            operator=self._settings.operator,
+            device=self._device.name,
+            lease=self._lease,
+            controls=self._controls,
+            armed=self._arming.armed,
+            wheel=self._wheel,
+            alignment_error_rad=error_rad,
+            want=want,
+            hand_over=self._hand_over,
+            stop=self._stop,
+            sync=self._sync,
+        )
         worth = worth_telling(told)
         if worth != self._worth or now_ns - self._told_ns >= STATUS_NS:
             self._worth, self._told_ns = worth, now_ns
@@ -239,8 +260,7 @@ class Cockpit:
     def _repeat_stop(self, now_ns: int) -> None:
         self._stop, send = stop_button.step(self._stop, self._car_stop_number(), now_ns)
         if send:
-            self._link.publish("tower_stop", TowerStop(number=self._stop.number, sent_ns=now_ns,
-                                                       operator=self._settings.operator))
+            self._link.publish("tower_stop", TowerStop(number=self._stop.number, sent_ns=now_ns, operator=self._settings.operator))
 
     def _car_stop_number(self) -> int | None:
         return self._status.stop_number if self._status is not None else None

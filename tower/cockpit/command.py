@@ -50,12 +50,21 @@ def trusted(controls: Controls, previous: Controls, now_ns: int) -> Controls:
     known = wheel_known and isfinite(controls.throttle) and isfinite(controls.brake)
     if known and controls.sample_ns > 0 and now_ns - controls.sample_ns <= SAMPLE_AGE_MAX_NS:
         return controls
-    return replace(controls, wheel=controls.wheel if wheel_known else previous.wheel,
-                   throttle=0.0, brake=0.0, throttle_reported=False, brake_reported=False, dead_man=False, horn=False)
+    return replace(
+        controls,
+        wheel=controls.wheel if wheel_known else previous.wheel,
+        throttle=0.0,
+        brake=0.0,
+        throttle_reported=False,
+        brake_reported=False,
+        dead_man=False,
+        horn=False,
+    )
 
 
-def wanted(controls: Controls, steering_wheel_angle_rad: float, armed: bool, description: VehicleDescription,
-           pedals: PedalSettings) -> Wanted:
+def wanted(
+    controls: Controls, steering_wheel_angle_rad: float, armed: bool, description: VehicleDescription, pedals: PedalSettings
+) -> Wanted:
     """What trusted controls ask for.
 
     steering_wheel_angle_rad  to be commanded: the wheel's angle less the rest of a misalignment
@@ -66,19 +75,35 @@ def wanted(controls: Controls, steering_wheel_angle_rad: float, armed: bool, des
     throttle = controls.throttle if armed and controls.dead_man else 0.0
     acceleration = acceleration_m_s2(throttle, controls.brake, description.acceleration_max_m_s2, pedals)
     low, high = ACCELERATION_LIMITS_M_S2
-    return Wanted(road_wheel_angle_rad=min(max(angle, -limit), limit), acceleration_m_s2=min(max(acceleration, low), high),
-                  gear=controls.gear, indicators=controls.indicators, hazard=controls.hazard, horn=controls.horn,
-                  dead_man=controls.dead_man)
+    return Wanted(
+        road_wheel_angle_rad=min(max(angle, -limit), limit),
+        acceleration_m_s2=min(max(acceleration, low), high),
+        gear=controls.gear,
+        indicators=controls.indicators,
+        hazard=controls.hazard,
+        horn=controls.horn,
+        dead_man=controls.dead_man,
+    )
 
 
 def built(want: Wanted, lease_epoch: int, sequence: int, stamps: Stamps) -> DriveCommand:
     """The unsigned command."""
     return DriveCommand(
-        lease_epoch=lease_epoch, sequence=sequence, sent_ns=stamps.sent_ns, event_ns=stamps.event_ns,
-        echoed_vehicle_ns=stamps.echoed_vehicle_ns, echoed_boot_id=stamps.echoed_boot_id,
-        displayed_capture_ns=stamps.displayed_capture_ns, road_wheel_angle_rad=want.road_wheel_angle_rad,
-        acceleration_m_s2=want.acceleration_m_s2, gear=want.gear, indicators=want.indicators, hazard=want.hazard,
-        horn=want.horn, dead_man=want.dead_man)
+        lease_epoch=lease_epoch,
+        sequence=sequence,
+        sent_ns=stamps.sent_ns,
+        event_ns=stamps.event_ns,
+        echoed_vehicle_ns=stamps.echoed_vehicle_ns,
+        echoed_boot_id=stamps.echoed_boot_id,
+        displayed_capture_ns=stamps.displayed_capture_ns,
+        road_wheel_angle_rad=want.road_wheel_angle_rad,
+        acceleration_m_s2=want.acceleration_m_s2,
+        gear=want.gear,
+        indicators=want.indicators,
+        hazard=want.hazard,
+        horn=want.horn,
+        dead_man=want.dead_man,
+    )
 
 
 # Below this a wheel did not move: 0.03 deg at the steering wheel, two counts of a G920.

@@ -63,8 +63,9 @@ class DelayedView:
         status, road_map, description = self.status_at(stamp_ns), self._road_map, self._description
         if state is None or scene is None or status is None or road_map is None or description is None:
             return None
-        return Seen(stamp_ns=stamp_ns, vehicle_state=state, gateway_status=status, scene=scene, road_map=road_map,
-                    description=description)
+        return Seen(
+            stamp_ns=stamp_ns, vehicle_state=state, gateway_status=status, scene=scene, road_map=road_map, description=description
+        )
 
 
 def _keep(kept: deque[S], message: S) -> None:

@@ -74,8 +74,14 @@ class Device(Protocol):
         ...
 
 
-_INPUT_NAMES = {"accept": "accept_presses", "hand_back": "hand_back_presses", "return_": "return_presses",
-                "stop": "stop_presses", "clear": "clear_presses", "engage": "engage_presses"}
+_INPUT_NAMES = {
+    "accept": "accept_presses",
+    "hand_back": "hand_back_presses",
+    "return_": "return_presses",
+    "stop": "stop_presses",
+    "clear": "clear_presses",
+    "engage": "engage_presses",
+}
 
 
 def window_presses(message: OperatorInput) -> Presses:

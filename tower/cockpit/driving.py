@@ -62,18 +62,29 @@ def understood(mind: Mind, now: Perceived, way: WaySettings, speed: SpeedSetting
         plan = way_around.updated(plan, memory.standing, at.station_m, side, own, car.width_m / 2, way)
     path = partial(way_around.side_at, plan, own_m=own, other_m=-own)
     ahead = speed_choice.Ahead(
-        station_m=at.station_m, speed_m_s=speed_m_s, side=path, way=plan,
+        station_m=at.station_m,
+        speed_m_s=speed_m_s,
+        side=path,
+        way=plan,
         curvature_1_m=max((road.curvature_1_m(at.station_m + distance) for distance in (0.0, 6.0)), key=abs),
-        cap_m_s=now.seen.vehicle_state.speed_cap_m_s, end_m=road.map.goal_station_m, standing=memory.standing,
-        moving=_moved_on(surroundings.movers(now.seen.scene, road, at.station_m), _elapsed_s(now)))
+        cap_m_s=now.seen.vehicle_state.speed_cap_m_s,
+        end_m=road.map.goal_station_m,
+        standing=memory.standing,
+        moving=_moved_on(surroundings.movers(now.seen.scene, road, at.station_m), _elapsed_s(now)),
+    )
     wanted = speed_choice.wanted_acceleration(ahead, car, speed)
     angle = pursued(pose, at.station_m, speed_m_s, road, lambda station: -road.own_side * path(station), car.wheelbase_m)
     limit = car.road_wheel_angle_max_rad
     throttle, brake = pedals_for(wanted, car.acceleration_max_m_s2, pedals)
-    intent = Intent(road_wheel_angle_rad=min(max(angle, -limit), limit), throttle=throttle, brake=brake,
-                    indicators=_signal(plan, at.station_m, road))
-    return Mind(memory=memory, scene_ns=now.seen.scene.stamp_ns, way=plan, intent=intent,
-                home=plan is None and abs(side - own) < HOME_M)
+    intent = Intent(
+        road_wheel_angle_rad=min(max(angle, -limit), limit),
+        throttle=throttle,
+        brake=brake,
+        indicators=_signal(plan, at.station_m, road),
+    )
+    return Mind(
+        memory=memory, scene_ns=now.seen.scene.stamp_ns, way=plan, intent=intent, home=plan is None and abs(side - own) < HOME_M
+    )
 
 
 def _elapsed_s(now: Perceived) -> float:
@@ -84,15 +95,23 @@ def _elapsed_s(now: Perceived) -> float:
 def _by_now(now: Perceived) -> tuple[Pose, float]:
     """Pose and speed at the moment the car acts on what is decided now."""
     scene, state = now.seen.scene, now.seen.vehicle_state
-    pose = reckoned(Pose(scene.x_m, scene.y_m, scene.heading_rad), state.speed_m_s, state.acceleration_m_s2, now.steered,
-                    _elapsed_s(now), now.seen.description.wheelbase_m)
+    pose = reckoned(
+        Pose(scene.x_m, scene.y_m, scene.heading_rad),
+        state.speed_m_s,
+        state.acceleration_m_s2,
+        now.steered,
+        _elapsed_s(now),
+        now.seen.description.wheelbase_m,
+    )
     gained = state.acceleration_m_s2 * min(now.horizon_s, ACCELERATION_HOLDS_S)
     return pose, max(state.speed_m_s + gained, 0.0)
 
 
 def _moved_on(movers: Sequence[surroundings.Moving], elapsed_s: float) -> list[surroundings.Moving]:
-    return [mover._replace(station_m=mover.station_m + mover.along_m_s * elapsed_s,
-                           side_m=mover.side_m + mover.across_m_s * elapsed_s) for mover in movers]
+    return [
+        mover._replace(station_m=mover.station_m + mover.along_m_s * elapsed_s, side_m=mover.side_m + mover.across_m_s * elapsed_s)
+        for mover in movers
+    ]
 
 
 def _signal(way: WayAround | None, station_m: float, road: Road) -> Indicators:

@@ -11,8 +11,13 @@ from wire.messages.session import Action, HandOverReply, HandOverRequest, Outcom
 from wire.messages.vehicle import GatewayStatus, Mode
 
 COMMIT_NS = 1_000_000_000  # a grant is committed in the car within 300 ms; the rest is the way of the status back to us
-BUTTONS = {"accept": Action.TAKE, "hand_back": Action.HAND_BACK, "return_": Action.RETURN, "engage": Action.ENGAGE,
-           "clear": Action.CLEAR}
+BUTTONS = {
+    "accept": Action.TAKE,
+    "hand_back": Action.HAND_BACK,
+    "return_": Action.RETURN,
+    "engage": Action.ENGAGE,
+    "clear": Action.CLEAR,
+}
 PATIENCE_NS = {Action.TAKE: 15_000_000_000, Action.RETURN: 5_000_000_000}  # how long a wish waits; aligning takes about 2 s
 PATIENCE_ELSE_NS = 2_000_000_000
 TAKES_WHEEL = frozenset({Action.TAKE, Action.RETURN})

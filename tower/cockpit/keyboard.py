@@ -50,8 +50,7 @@ class Keys:
     brake: float = 0.0
 
 
-def steered(keys: Keys, steer: float, speed_m_s: float, target_max_rad: float, dt_s: float,
-            settings: KeyboardSettings) -> Keys:
+def steered(keys: Keys, steer: float, speed_m_s: float, target_max_rad: float, dt_s: float, settings: KeyboardSettings) -> Keys:
     """Target angle of the wheel after dt_s with `steer` in -1..1 held (left positive)."""
     if steer == 0.0:
         rate = clamp(-keys.target_rad / settings.return_s, settings.return_rad_s)
@@ -65,9 +64,11 @@ def steered(keys: Keys, steer: float, speed_m_s: float, target_max_rad: float, d
 
 
 def pedalled(keys: Keys, throttle: float, brake: float, dt_s: float, settings: KeyboardSettings) -> Keys:
-    return replace(keys,
-                   throttle=_ramped(keys.throttle, throttle, settings.throttle_rise_1_s, settings.throttle_fall_1_s, dt_s),
-                   brake=_ramped(keys.brake, brake, settings.brake_rise_1_s, settings.brake_fall_1_s, dt_s))
+    return replace(
+        keys,
+        throttle=_ramped(keys.throttle, throttle, settings.throttle_rise_1_s, settings.throttle_fall_1_s, dt_s),
+        brake=_ramped(keys.brake, brake, settings.brake_rise_1_s, settings.brake_fall_1_s, dt_s),
+    )
 
 
 def _ramped(value: float, wanted: float, rise_1_s: float, fall_1_s: float, dt_s: float) -> float:
@@ -79,8 +80,7 @@ def target_max_rad(speed_m_s: float, description: VehicleDescription | None, set
     if description is None:
         return DEFAULT_LOCK_RAD
     speed = max(abs(speed_m_s), 0.5)
-    road_wheel = min(atan(description.wheelbase_m * settings.lateral_max_m_s2 / speed**2),
-                     description.road_wheel_angle_max_rad)
+    road_wheel = min(atan(description.wheelbase_m * settings.lateral_max_m_s2 / speed**2), description.road_wheel_angle_max_rad)
     return road_wheel * description.steering_ratio
 
 
@@ -108,12 +108,23 @@ class KeyboardDevice:
         usable = message is not None and message.focus and now_ns - message.stamp_ns <= SAMPLE_AGE_MAX_NS
         self._notice(message)
         self._move(message if usable else None, view, torque, dt_s)
-        controls = Controls(wheel=self._wheel, throttle=self._keys.throttle, brake=self._keys.brake,
-                            event_ns=self._event_ns, sample_ns=message.stamp_ns if message is not None else 0)
+        controls = Controls(
+            wheel=self._wheel,
+            throttle=self._keys.throttle,
+            brake=self._keys.brake,
+            event_ns=self._event_ns,
+            sample_ns=message.stamp_ns if message is not None else 0,
+        )
         if message is None:
             return controls
-        controls = replace(controls, gear=message.gear, indicators=message.indicators, hazard=message.hazard,
-                           throttle_reported=usable, brake_reported=usable)
+        controls = replace(
+            controls,
+            gear=message.gear,
+            indicators=message.indicators,
+            hazard=message.hazard,
+            throttle_reported=usable,
+            brake_reported=usable,
+        )
         return replace(controls, dead_man=message.dead_man, horn=message.horn) if usable else controls
 
     def _notice(self, message: OperatorInput | None) -> None:
@@ -139,5 +150,14 @@ class KeyboardDevice:
 
 
 def _held(message: OperatorInput) -> tuple[object, ...]:
-    return (message.focus, message.steer, message.throttle, message.brake, message.dead_man, message.gear,
-            message.indicators, message.hazard, message.horn)
+    return (
+        message.focus,
+        message.steer,
+        message.throttle,
+        message.brake,
+        message.dead_man,
+        message.gear,
+        message.indicators,
+        message.hazard,
+        message.horn,
+    )

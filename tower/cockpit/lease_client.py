@@ -63,8 +63,14 @@ def answered(lease: Lease, reply: LeaseReply | None, now_ns: int) -> Lease:
     except ValueError:
         return replace(lease, note="the lease's key is not hexadecimal")
     same = (reply.epoch, reply.boot_id) == (lease.epoch, lease.boot_id)
-    return Lease(epoch=reply.epoch, key=key, boot_id=reply.boot_id, note="",
-                 changed_ns=lease.changed_ns if same else now_ns, asked_ns=lease.asked_ns)
+    return Lease(
+        epoch=reply.epoch,
+        key=key,
+        boot_id=reply.boot_id,
+        note="",
+        changed_ns=lease.changed_ns if same else now_ns,
+        asked_ns=lease.asked_ns,
+    )
 
 
 def with_epoch(lease: Lease, epoch: int, now_ns: int) -> Lease:

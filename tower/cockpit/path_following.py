@@ -19,8 +19,14 @@ class Pose(NamedTuple):
     heading_rad: float
 
 
-def reckoned(pose: Pose, speed_m_s: float, acceleration_m_s2: float, steered: Sequence[tuple[float, float]],
-             horizon_s: float, wheelbase_m: float) -> Pose:
+def reckoned(
+    pose: Pose,
+    speed_m_s: float,
+    acceleration_m_s2: float,
+    steered: Sequence[tuple[float, float]],
+    horizon_s: float,
+    wheelbase_m: float,
+) -> Pose:
     """The pose horizon_s later.
 
     steered  (age in seconds, road wheel angle), newest first: what was steered that long ago holds until the next
@@ -40,8 +46,9 @@ def reckoned(pose: Pose, speed_m_s: float, acceleration_m_s2: float, steered: Se
     return Pose(x, y, wrap_angle(heading))
 
 
-def pursued(pose: Pose, station_m: float, speed_m_s: float, road: Road, offset_at: Callable[[float], float],
-            wheelbase_m: float) -> float:
+def pursued(
+    pose: Pose, station_m: float, speed_m_s: float, road: Road, offset_at: Callable[[float], float], wheelbase_m: float
+) -> float:
     """Road wheel angle towards the path's point a look-ahead away; left positive.
 
     offset_at  offset_m of the path at a station, left of the centre line positive

@@ -40,8 +40,10 @@ def arm(state: Arming, controls: Controls, reset: bool, settings: PedalSettings)
     """
     before = Arming() if reset else state
     limit = settings.released_below
-    return Arming(before.throttle_seen_released or (controls.throttle_reported and controls.throttle <= limit),
-                  before.brake_seen_released or (controls.brake_reported and controls.brake <= limit))
+    return Arming(
+        before.throttle_seen_released or (controls.throttle_reported and controls.throttle <= limit),
+        before.brake_seen_released or (controls.brake_reported and controls.brake <= limit),
+    )
 
 
 def acceleration_m_s2(throttle: float, brake: float, traction_max_m_s2: float, settings: PedalSettings) -> float:

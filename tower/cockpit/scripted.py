@@ -49,8 +49,9 @@ class ScriptedSettings(Message):
 class ScriptedOperator:
     name = "scripted"
 
-    def __init__(self, settings: ScriptedSettings, pedals: PedalSettings, wheel_settings: VirtualWheelSettings,
-                 wheel: VirtualWheel) -> None:
+    def __init__(
+        self, settings: ScriptedSettings, pedals: PedalSettings, wheel_settings: VirtualWheelSettings, wheel: VirtualWheel
+    ) -> None:
         self.behaviour = Behaviour()
         self.mind = Mind()
         self._wheel = wheel
@@ -77,9 +78,18 @@ class ScriptedOperator:
             self._decided_ns = now_ns
             self._decide(view.wheel_phase, now_ns)
         self._move(view, torque, lock_rad(description), dt_s)
-        return Controls(wheel=self._wheel, throttle=self._feet[0], brake=self._feet[1], throttle_reported=True,
-                        brake_reported=True, dead_man=self.behaviour.grips, indicators=self._intent.indicators,
-                        presses=self.behaviour.presses, sample_ns=now_ns, event_ns=self._decided_ns)
+        return Controls(
+            wheel=self._wheel,
+            throttle=self._feet[0],
+            brake=self._feet[1],
+            throttle_reported=True,
+            brake_reported=True,
+            dead_man=self.behaviour.grips,
+            indicators=self._intent.indicators,
+            presses=self.behaviour.presses,
+            sample_ns=now_ns,
+            event_ns=self._decided_ns,
+        )
 
     def _decide(self, phase: Phase, now_ns: int) -> None:
         perceived_ns = self._picture.perceived_ns(now_ns, round(self._settings.reaction_s * 1e9))
@@ -100,9 +110,13 @@ class ScriptedOperator:
         situation = Situation(
             mode=status.mode if status is not None else None,
             request_open=status is not None and status.request is not None,
-            hand_back_ready=status is not None and status.hand_back_ready, home=self.mind.home,
-            picture_live=self._picture.is_live(now_ns), picture_steady=self._picture.is_steady(now_ns), phase=phase,
-            reaction_ns=self._reaction_ns)
+            hand_back_ready=status is not None and status.hand_back_ready,
+            home=self.mind.home,
+            picture_live=self._picture.is_live(now_ns),
+            picture_steady=self._picture.is_steady(now_ns),
+            phase=phase,
+            reaction_ns=self._reaction_ns,
+        )
         before, self.behaviour = self.behaviour, behaviour.step(self.behaviour, situation, now_ns)
         if self.behaviour.doing is Doing.REACT and before.doing is not Doing.REACT:
             self._reaction_ns = self._next_reaction_ns()
@@ -116,9 +130,13 @@ class ScriptedOperator:
         own = self._wheel.angle_rad / seen.description.steering_ratio
         self._steered.appendleft((now_ns, own if phase is Phase.ACTIVE else seen.vehicle_state.road_wheel_angle_rad))
         loop_ms = min(seen.vehicle_state.loop_age_ms or DELAY_UNKNOWN_MS, DELAY_MAX_MS)
-        return Perceived(seen=seen, road=self._road[1], driving=phase is Phase.ACTIVE,
-                         horizon_s=loop_ms / 1e3 + self._settings.reaction_s,
-                         steered=[((now_ns - at_ns) / 1e9, angle) for at_ns, angle in self._steered])
+        return Perceived(
+            seen=seen,
+            road=self._road[1],
+            driving=phase is Phase.ACTIVE,
+            horizon_s=loop_ms / 1e3 + self._settings.reaction_s,
+            steered=[((now_ns - at_ns) / 1e9, angle) for at_ns, angle in self._steered],
+        )
 
     def _move(self, view: View, torque: float, lock: float, dt_s: float) -> None:
         """Arms and foot, every tick. Before the wheel is the operator's, the hands lie on it and let it turn."""

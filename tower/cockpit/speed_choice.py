@@ -53,8 +53,10 @@ class Ahead:
 
 def wanted_acceleration(ahead: Ahead, car: VehicleDescription, settings: SpeedSettings) -> float:
     """m/s2, negative brakes. With nowhere to go: enough to hold the car."""
-    target = min(_cruise(ahead, settings), min((_towards(distance, settings.braking_m_s2)
-                                               for distance in _stops(ahead, car, settings)), default=inf))
+    target = min(
+        _cruise(ahead, settings),
+        min((_towards(distance, settings.braking_m_s2) for distance in _stops(ahead, car, settings)), default=inf),
+    )
     if target < 0.1 and ahead.speed_m_s < 0.3:
         return -1.5  # holds on any street
     gap = settings.gain_1_s * (target - ahead.speed_m_s)
@@ -88,8 +90,9 @@ def _stops(ahead: Ahead, car: VehicleDescription, settings: SpeedSettings) -> It
     front_m = car.wheelbase_m + (car.length_m - car.wheelbase_m - car.rear_overhang_m)  # ahead of the rear axle
     bumper = ahead.station_m + front_m
     for thing in ahead.standing:
-        if bumper + 0.3 < thing.station_m < ahead.station_m + settings.look_m and is_blocked(ahead.side, thing, car, front_m,
-                                                                                       settings.clearance_m):
+        if bumper + 0.3 < thing.station_m < ahead.station_m + settings.look_m and is_blocked(
+            ahead.side, thing, car, front_m, settings.clearance_m
+        ):
             yield thing.station_m - bumper - settings.thing_gap_m
     for mover in ahead.moving:
         if mover.is_vehicle:

@@ -32,20 +32,48 @@ class Told:
 
 def operator_status(told: Told, now_ns: int) -> OperatorStatus:
     return OperatorStatus(
-        stamp_ns=now_ns, operator=told.operator, device=told.device,
-        lease_epoch=told.lease.epoch, lease_note=told.lease.note[:2000],
-        dead_man=told.controls.dead_man, armed=told.armed, wheel_phase=told.wheel.phase,
-        steering_wheel_angle_rad=clamp(told.controls.wheel.angle_rad, 16.0), steering_wheel_torque=clamp(told.wheel.torque, 1.0),
+        stamp_ns=now_ns,
+        operator=told.operator,
+        device=told.device,
+        lease_epoch=told.lease.epoch,
+        lease_note=told.lease.note[:2000],
+        dead_man=told.controls.dead_man,
+        armed=told.armed,
+        wheel_phase=told.wheel.phase,
+        steering_wheel_angle_rad=clamp(told.controls.wheel.angle_rad, 16.0),
+        steering_wheel_torque=clamp(told.wheel.torque, 1.0),
         alignment_error_rad=clamp(told.alignment_error_rad, 6.3),
-        throttle=min(max(told.controls.throttle, 0.0), 1.0), brake=min(max(told.controls.brake, 0.0), 1.0),
-        road_wheel_angle_rad=told.want.road_wheel_angle_rad, acceleration_m_s2=told.want.acceleration_m_s2,
-        gear=told.want.gear, indicators=told.want.indicators, hazard=told.want.hazard, horn=told.want.horn,
-        hand_over_note=told.hand_over.note[:2000], stop_number=told.stop.number, stop_state=told.stop.state,
-        clock_offset_ns=told.sync.offset_ns, clock_bound_ns=told.sync.bound_ns, round_trip_ms=told.sync.round_trip_ms)
+        throttle=min(max(told.controls.throttle, 0.0), 1.0),
+        brake=min(max(told.controls.brake, 0.0), 1.0),
+        road_wheel_angle_rad=told.want.road_wheel_angle_rad,
+        acceleration_m_s2=told.want.acceleration_m_s2,
+        gear=told.want.gear,
+        indicators=told.want.indicators,
+        hazard=told.want.hazard,
+        horn=told.want.horn,
+        hand_over_note=told.hand_over.note[:2000],
+        stop_number=told.stop.number,
+        stop_state=told.stop.state,
+        clock_offset_ns=told.sync.offset_ns,
+        clock_bound_ns=told.sync.bound_ns,
+        round_trip_ms=told.sync.round_trip_ms,
+    )
 
 
 def worth_telling(told: Told) -> tuple[object, ...]:
     """Changes of this are told at once, everything else at 20 Hz."""
-    return (told.device, told.lease.epoch, told.lease.note, told.controls.dead_man, told.armed, told.wheel.phase,
-            told.want.gear, told.want.indicators, told.want.hazard, told.want.horn, told.hand_over.note,
-            told.stop.number, told.stop.state)
+    return (
+        told.device,
+        told.lease.epoch,
+        told.lease.note,
+        told.controls.dead_man,
+        told.armed,
+        told.wheel.phase,
+        told.want.gear,
+        told.want.indicators,
+        told.want.hazard,
+        told.want.horn,
+        told.hand_over.note,
+        told.stop.number,
+        told.stop.state,
+    )

@@ -25,8 +25,14 @@ def pressed(state: StopButton, car_number: int | None, now_ns: int) -> StopButto
 
     car_number  GatewayStatus.stop_number, None before the first status
     """
-    return StopButton(number=max(state.number, car_number or 0) + 1, pressed_ns=now_ns, sent_ns=None, state="sent",
-                      stream_ended=True, base_known=car_number is not None)
+    return StopButton(
+        number=max(state.number, car_number or 0) + 1,
+        pressed_ns=now_ns,
+        sent_ns=None,
+        state="sent",
+        stream_ended=True,
+        base_known=car_number is not None,
+    )
 
 
 def cleared(state: StopButton) -> StopButton:

@@ -50,8 +50,7 @@ def is_standing(thing: TrackedObject) -> bool:
 
 def remembered(memory: Memory, scene: Scene, road: Road, station_m: float) -> Memory:
     """With what the scene shows standing; what was passed, or is gone from plain view, is forgotten."""
-    kept = {number: item for number, item in memory.things.items()
-            if not _is_gone(item, scene.stamp_ns, station_m)}
+    kept = {number: item for number, item in memory.things.items() if not _is_gone(item, scene.stamp_ns, station_m)}
     for thing in scene.objects:
         if is_standing(thing) and thing.age_s >= AGE_MIN_S:
             at = road.to_road(thing.x_m, thing.y_m, station_m)
@@ -74,5 +73,11 @@ def _moving(thing: TrackedObject, road: Road, station_m: float) -> Moving:
     at = road.to_road(thing.x_m, thing.y_m, station_m)
     c, s = cos(at.heading_rad), sin(at.heading_rad)
     vx, vy = thing.velocity_x_m_s, thing.velocity_y_m_s
-    return Moving(at.station_m, -road.own_side * at.offset_m, thing.radius_m, vx * c + vy * s,
-                  -road.own_side * (vy * c - vx * s), thing.kind == "vehicle")
+    return Moving(
+        at.station_m,
+        -road.own_side * at.offset_m,
+        thing.radius_m,
+        vx * c + vy * s,
+        -road.own_side * (vy * c - vx * s),
+        thing.kind == "vehicle",
+    )

@@ -48,12 +48,18 @@ def side_at(way: WayAround | None, station_m: float, own_m: float, other_m: floa
 
 def blockers(standing: Sequence[Standing], own_m: float, half_width_m: float, settings: WaySettings) -> list[Standing]:
     """What leaves no room for the car in the middle of the own lane, in the order of stations."""
-    return sorted(thing for thing in standing
-                  if abs(thing.side_m - own_m) < half_width_m + settings.margin_m + thing.radius_m)
+    return sorted(thing for thing in standing if abs(thing.side_m - own_m) < half_width_m + settings.margin_m + thing.radius_m)
 
 
-def updated(way: WayAround | None, standing: Sequence[Standing], station_m: float, side_m: float, own_m: float,
-            half_width_m: float, settings: WaySettings) -> WayAround | None:
+def updated(
+    way: WayAround | None,
+    standing: Sequence[Standing],
+    station_m: float,
+    side_m: float,
+    own_m: float,
+    half_width_m: float,
+    settings: WaySettings,
+) -> WayAround | None:
     """The way after another look. What has begun is kept; the way back waits for the last blocker that is known.
 
     station_m, side_m  of the rear axle
@@ -90,8 +96,7 @@ def _planned(first_m: float, last_m: float, station_m: float, from_side_m: float
     begin = max(full - settings.change_m, station_m)
     full = max(full, begin + settings.change_min_m)
     back = max(last_m + settings.back_after_m, full)
-    return WayAround(begin_m=begin, full_m=full, back_m=back, home_m=back + settings.back_length_m,
-                     from_side_m=from_side_m)
+    return WayAround(begin_m=begin, full_m=full, back_m=back, home_m=back + settings.back_length_m, from_side_m=from_side_m)
 
 
 def _eased(at_zero: float, at_one: float, share: float) -> float:

@@ -1,4 +1,4 @@
-"""The processes of a session: start, watch, start again, stop in order. A shell over subprocess; it decides nothing about driving."""
+"""The processes of a session: start, watch, start again, stop in order. A shell over subprocess: it decides nothing."""
 
 import json
 import os

@@ -16,8 +16,16 @@ from aiortc.rtp import RTP_HISTORY_SIZE
 from av import VideoFrame
 from av.sidedata.sidedata import Type
 
-_UNREADABLE = (OperationError, InvalidAccessError, InvalidStateError, ValueError, LookupError, AttributeError,
-               TypeError, AssertionError)  # what aiortc raises on an SDP it cannot use
+_UNREADABLE = (
+    OperationError,
+    InvalidAccessError,
+    InvalidStateError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    AssertionError,
+)  # what aiortc raises on an SDP it cannot use
 LOOPBACK = "127.0.0.1"
 _RESENDABLE = RTP_HISTORY_SIZE  # 128 packets: beyond them a hole stays a hole. A picture must be smaller (150 kB)
 

@@ -96,8 +96,13 @@ class VideoReceiver:
         with self._lock:
             fresh = self._slots.pop(camera, None)
         if fresh is not None:
-            self._shown[camera] = DecodedFrame(camera=camera, capture_ns=fresh.capture_ns, sequence=fresh.sequence,
-                                               decoded_ns=fresh.decoded_ns, image=_bgra(fresh.frame))
+            self._shown[camera] = DecodedFrame(
+                camera=camera,
+                capture_ns=fresh.capture_ns,
+                sequence=fresh.sequence,
+                decoded_ns=fresh.decoded_ns,
+                image=_bgra(fresh.frame),
+            )
         return self._shown.get(camera)
 
     async def _keep_session(self) -> None:
@@ -122,18 +127,17 @@ class VideoReceiver:
         """Offer, ask, take the answer: (connection, a reader per camera), or (None, []) without an answer."""
         connection = await receiving_connection(len(self.cameras))
         offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=self.cameras)
-        answer = await asyncio.get_running_loop().run_in_executor(
-            None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
-        refused = ("the car did not answer" if answer is None else answer.rule
-                   or await take_answer(connection, answer.sdp))
+        answer = await asyncio.get_running_loop().run_in_executor(None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
+        refused = "the car did not answer" if answer is None else answer.rule or await take_answer(connection, answer.sdp)
         if refused:
             log.info("no video session: %s", refused)
             await connection.close()
             return None, []
         self.sessions += 1
         tracks = [transceiver.receiver.track for transceiver in connection.getTransceivers()]
-        return connection, [asyncio.ensure_future(self._read(camera, track))
-                            for camera, track in zip(self.cameras, tracks, strict=True)]
+        return connection, [
+            asyncio.ensure_future(self._read(camera, track)) for camera, track in zip(self.cameras, tracks, strict=True)
+        ]
 
     async def _read(self, camera: str, track: MediaStreamTrack) -> None:
         """Every decoded picture of one camera into its slot, until the track ends."""

@@ -34,8 +34,13 @@ def next_step(session: Session, now_ns: int, newest_picture_ns: int | None, has_
 
 def asked(session: Session, now_ns: int, answered: bool) -> Session:
     """After an attempt: the next one waits, twice as long each time until a picture comes (see `delivered`)."""
-    return replace(session, open=answered, opened_ns=now_ns, next_ask_ns=now_ns + session.back_off_ns,
-                   back_off_ns=min(2 * session.back_off_ns, _BACK_OFF_MAX_NS))
+    return replace(
+        session,
+        open=answered,
+        opened_ns=now_ns,
+        next_ask_ns=now_ns + session.back_off_ns,
+        back_off_ns=min(2 * session.back_off_ns, _BACK_OFF_MAX_NS),
+    )
 
 
 def delivered(session: Session) -> Session:

@@ -27,8 +27,12 @@ def draw_tab(ink: Ink, look: Look) -> None:
 
 
 def _hanging(left: float, wide: float, high: float, radius: float) -> list[XY]:
-    return [(left, -1), (left + wide, -1), *arc(left + wide - radius, high - radius, radius, 0, pi / 2),
-            *arc(left + radius, high - radius, radius, pi / 2, pi)]
+    return [
+        (left, -1),
+        (left + wide, -1),
+        *arc(left + wide - radius, high - radius, radius, 0, pi / 2),
+        *arc(left + radius, high - radius, radius, pi / 2, pi),
+    ]
 
 
 def draw_subtitle(ink: Ink, view: BannerView) -> None:

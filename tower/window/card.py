@@ -31,11 +31,19 @@ def _stop(operator: OperatorStatus | None, mode: Mode | None) -> CardView | None
     if state == "sent":
         return CardView(title="STOP SENT", tone=Tone.WARN, action="Waiting for the car's confirmation")
     if state == "unconfirmed":
-        return CardView(title="STOP NOT CONFIRMED", tone=Tone.BAD, action="Press Space again",
-                        note="The car has not answered. Commands have ended: without them it stops by itself.")
+        return CardView(
+            title="STOP NOT CONFIRMED",
+            tone=Tone.BAD,
+            action="Press Space again",
+            note="The car has not answered. Commands have ended: without them it stops by itself.",
+        )
     if state == "confirmed" and mode in _STOPPING:
-        return CardView(title="STOP CONFIRMED", tone=Tone.GOOD, note="" if mode is Mode.EMERGENCY_STOP else "C clears it",
-                        action="The car has it: it is stopping" if mode is Mode.SAFE_STOP else "The car stands")
+        return CardView(
+            title="STOP CONFIRMED",
+            tone=Tone.GOOD,
+            note="" if mode is Mode.EMERGENCY_STOP else "C clears it",
+            action="The car has it: it is stopping" if mode is Mode.SAFE_STOP else "The car stands",
+        )
     return None
 
 
@@ -45,34 +53,57 @@ def _request(status: GatewayStatus, operator: OperatorStatus | None) -> CardView
     reasons = tuple((reason.channel, sentence(reason.text)) for reason in request.reasons) if request is not None else ()
     share = status.budget_remaining_s / budget_s if budget_s > 0 else None
     return CardView(
-        title="TAKE OVER", tone=Tone.WARN, reasons=reasons, remaining_text=f"{seconds(status.budget_remaining_s)} to standstill",
-        remaining_share=None if share is None else round(min(share, 1.0) * 200) / 200, steps=_steps(operator, False),
-        action=take_action(status, operator), note=_last_answer(operator), wheel_error_deg=_wheel_error_deg(operator),
-        wheel_aligned=operator is not None and operator.wheel_phase in _ALIGNED)
+        title="TAKE OVER",
+        tone=Tone.WARN,
+        reasons=reasons,
+        remaining_text=f"{seconds(status.budget_remaining_s)} to standstill",
+        remaining_share=None if share is None else round(min(share, 1.0) * 200) / 200,
+        steps=_steps(operator, False),
+        action=take_action(status, operator),
+        note=_last_answer(operator),
+        wheel_error_deg=_wheel_error_deg(operator),
+        wheel_aligned=operator is not None and operator.wheel_phase in _ALIGNED,
+    )
 
 
 def _handing_over(status: GatewayStatus, operator: OperatorStatus | None) -> CardView:
     held = dead_man_name(operator.device) if operator is not None else "the dead-man control"
-    return CardView(title="CONTROL IS COMING TO YOU", tone=Tone.WARN, steps=_steps(operator, True), action=f"Keep holding {held}",
-                    note="The car still drives", wheel_error_deg=_wheel_error_deg(operator),
-                    wheel_aligned=operator is not None and operator.wheel_phase in _ALIGNED)
+    return CardView(
+        title="CONTROL IS COMING TO YOU",
+        tone=Tone.WARN,
+        steps=_steps(operator, True),
+        action=f"Keep holding {held}",
+        note="The car still drives",
+        wheel_error_deg=_wheel_error_deg(operator),
+        wheel_aligned=operator is not None and operator.wheel_phase in _ALIGNED,
+    )
 
 
 def _handing_back(status: GatewayStatus, operator: OperatorStatus | None) -> CardView:
-    return CardView(title="HANDING BACK", tone=Tone.CALM, action="Keep driving until the car has taken over",
-                    note=sentence(status.hand_over.rule))
+    return CardView(
+        title="HANDING BACK",
+        tone=Tone.CALM,
+        action="Keep driving until the car has taken over",
+        note=sentence(status.hand_over.rule),
+    )
 
 
 def _guard(status: GatewayStatus, operator: OperatorStatus | None) -> CardView | None:
     if status.guard_remaining_s <= 0:
         return None
-    return CardView(title="THE CAR DRIVES AGAIN", tone=Tone.GOOD, action="Watch it. Press R to drive yourself",
-                    remaining_text=f"{seconds(status.guard_remaining_s)} guard",
-                    remaining_share=round(min(status.guard_remaining_s / GUARD_S, 1.0) * 200) / 200)
+    return CardView(
+        title="THE CAR DRIVES AGAIN",
+        tone=Tone.GOOD,
+        action="Watch it. Press R to drive yourself",
+        remaining_text=f"{seconds(status.guard_remaining_s)} guard",
+        remaining_share=round(min(status.guard_remaining_s / GUARD_S, 1.0) * 200) / 200,
+    )
 
 
 _BY_MODE: dict[Mode, Callable[[GatewayStatus, OperatorStatus | None], CardView | None]] = {
-    Mode.TAKEOVER_REQUESTED: _request, Mode.HANDING_OVER: _handing_over, Mode.HANDING_BACK: _handing_back,
+    Mode.TAKEOVER_REQUESTED: _request,
+    Mode.HANDING_OVER: _handing_over,
+    Mode.HANDING_BACK: _handing_back,
     Mode.AUTONOMOUS: _guard,
 }
 

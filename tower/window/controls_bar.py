@@ -14,8 +14,16 @@ _CLAMPED: Rgba = (*AMBER, 255)
 def draw_controls(ink: Ink, view: ControlsView) -> None:
     ink.panel()
     _draw_row(ink, 21, "Steering", view.steer_text, -view.steer_requested, -view.steer_applied, GIVEN, view.fresh)
-    _draw_row(ink, 45, "Pedals", view.drive_text, view.drive_requested, view.drive_applied,
-              BRAKING if view.drive_applied < 0 else GIVEN, view.fresh)
+    _draw_row(
+        ink,
+        45,
+        "Pedals",
+        view.drive_text,
+        view.drive_requested,
+        view.drive_applied,
+        BRAKING if view.drive_applied < 0 else GIVEN,
+        view.fresh,
+    )
     _draw_rule(ink, view)
 
 

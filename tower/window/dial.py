@@ -59,5 +59,7 @@ def _draw_gears(ink: Ink, gear: Gear | None) -> None:
 
 
 def _draw_indicator(ink: Ink, x: float, y: float, side: int, colour: Rgba) -> None:
-    ink.polygon([(x + side * 13, y), (x, y - 11), (x, y - 5), (x - side * 11, y - 5), (x - side * 11, y + 5), (x, y + 5),
-                 (x, y + 11)], colour)
+    ink.polygon(
+        [(x + side * 13, y), (x, y - 11), (x, y - 5), (x - side * 11, y - 5), (x - side * 11, y + 5), (x, y + 5), (x, y + 11)],
+        colour,
+    )

@@ -75,8 +75,19 @@ _LEVELS = ("gateway_status", "vehicle_state", "operator_status", "autonomy_statu
 class DisplayLoop:
     """`step(now_ns)` at the rate at which new pictures should be noticed; it never blocks."""
 
-    def __init__(self, *, camera: str, recording: str, full_screen: bool, link: WindowLink, video: Video, screen: Display,
-                 writer: SnapshotWriter, player: Player, clock: Clock) -> None:
+    def __init__(
+        self,
+        *,
+        camera: str,
+        recording: str,
+        full_screen: bool,
+        link: WindowLink,
+        video: Video,
+        screen: Display,
+        writer: SnapshotWriter,
+        player: Player,
+        clock: Clock,
+    ) -> None:
         self._camera, self._recording = camera, recording
         self._link, self._video, self._screen = link, video, screen
         self._writer, self._player, self._clock = writer, player, clock
@@ -108,16 +119,18 @@ class DisplayLoop:
         presses = self._screen.presses()
         if not presses and now_ns - self._input.stamp_ns < _INPUT_NS:
             return
-        self._input = next_input(self._screen.held(), presses, self._input, focus=self._screen.focus,
-                                 standing=self._is_standing(now_ns), now_ns=now_ns)
+        self._input = next_input(
+            self._screen.held(), presses, self._input, focus=self._screen.focus, standing=self._is_standing(now_ns), now_ns=now_ns
+        )
         self._keys = next_window_keys(presses, self._keys, now_ns)
         self._screen.show_full(self._keys.full_screen)
         self._link.publish("operator_input", self._input)
 
     def _is_standing(self, now_ns: int) -> bool:
         state = self._levels["vehicle_state"].get()
-        return (state is not None and now_ns - state.received_ns < _STANDING_KNOWN_NS
-                and abs(state.message.speed_m_s) < SHIFT_BELOW_M_S)
+        return (
+            state is not None and now_ns - state.received_ns < _STANDING_KNOWN_NS and abs(state.message.speed_m_s) < SHIFT_BELOW_M_S
+        )
 
     def _learn(self, now_ns: int) -> None:
         """Into the log and the graph: each message once."""
@@ -152,11 +165,21 @@ class DisplayLoop:
         newest = {name: level.get() for name, level in self._levels.items()}
         road_map, description = newest["road_map"], newest["vehicle_description"]
         return Sights(
-            now_ns=now_ns, status=newest["gateway_status"], state=newest["vehicle_state"], operator=newest["operator_status"],
-            autonomy=newest["autonomy_status"], scene=newest["scene"], picture=self._picture, history=self._history, log=self._log,
+            now_ns=now_ns,
+            status=newest["gateway_status"],
+            state=newest["vehicle_state"],
+            operator=newest["operator_status"],
+            autonomy=newest["autonomy_status"],
+            scene=newest["scene"],
+            picture=self._picture,
+            history=self._history,
+            log=self._log,
             road_map=road_map.message if road_map is not None else None,
-            description=description.message if description is not None else None, keys=self._keys,
-            focus=self._screen.focus or not self._screen.has_display, recording=self._recording)
+            description=description.message if description is not None else None,
+            keys=self._keys,
+            focus=self._screen.focus or not self._screen.has_display,
+            recording=self._recording,
+        )
 
     def _report(self, new: Frame | None, model: ViewModel) -> None:
         """After the flip: what stands on screen."""
@@ -166,10 +189,17 @@ class DisplayLoop:
             self._shown_capture_ns = new.capture_ns
             frames = (ShownFrame(camera=self._camera, capture_ns=new.capture_ns, decoded_ns=new.decoded_ns, shown_ns=shown_ns),)
         self._sequence += 1
-        self._link.publish("window_status", WindowStatus(
-            stamp_ns=shown_ns, sequence=self._sequence, frozen=model.picture.state is PictureState.FROZEN, shown=frames,
-            displayed_capture_ns={self._camera: self._shown_capture_ns} if self._shown_capture_ns else {},
-            frames_dropped=self._video.replaced.get(self._camera, 0)))
+        self._link.publish(
+            "window_status",
+            WindowStatus(
+                stamp_ns=shown_ns,
+                sequence=self._sequence,
+                frozen=model.picture.state is PictureState.FROZEN,
+                shown=frames,
+                displayed_capture_ns={self._camera: self._shown_capture_ns} if self._shown_capture_ns else {},
+                frames_dropped=self._video.replaced.get(self._camera, 0),
+            ),
+        )
 
     def _follow(self, model: ViewModel, now_ns: int) -> None:
         """Sound, snapshot, end of the drive."""

@@ -74,9 +74,11 @@ class DriveLog:
         """The modes in order; the last one lasts until the newest status."""
         drive = self._drive
         begin = drive.begin_ns or 0
-        ends = [*(since for _, since in drive.entries[1:]), drive.newest_ns][:len(drive.entries)]
-        return tuple(Stretch(mode, max(since - begin, 0) / 1e9, max(end - begin, since - begin, 0) / 1e9)
-                     for (mode, since), end in zip(drive.entries, ends, strict=True))
+        ends = [*(since for _, since in drive.entries[1:]), drive.newest_ns][: len(drive.entries)]
+        return tuple(
+            Stretch(mode, max(since - begin, 0) / 1e9, max(end - begin, since - begin, 0) / 1e9)
+            for (mode, since), end in zip(drive.entries, ends, strict=True)
+        )
 
     def seconds_in(self, *modes: Mode) -> float:
         return sum(stretch.end_s - stretch.begin_s for stretch in self.stretches() if stretch.mode in modes)

@@ -15,8 +15,12 @@ def frame_strips(look: Look, at: Layout) -> tuple[tuple[pygame.Surface, Box], ..
     """The frame as four opaque strips with their places: top, bottom, left, right."""
     thick = max(2, round(FRAME * at.scale))
     w, h = at.width_px, at.height_px
-    places = (Box(0, 0, w, thick), Box(0, h - thick, w, thick), Box(0, thick, thick, h - 2 * thick),
-              Box(w - thick, thick, thick, h - 2 * thick))
+    places = (
+        Box(0, 0, w, thick),
+        Box(0, h - thick, w, thick),
+        Box(0, thick, thick, h - 2 * thick),
+        Box(w - thick, thick, thick, h - 2 * thick),
+    )
     return tuple((_strip(look, at, place), place) for place in places if place.w > 0 and place.h > 0)
 
 
@@ -47,8 +51,12 @@ def _paint_pattern(ink: Ink, look: Look, wide: float, high: float) -> None:
 
 
 def _band(ink: Ink, wide: float, high: float, begin: float, end: float, colour: Rgba) -> None:
-    for x, y, w, h in ((begin, begin, wide - 2 * begin, end - begin), (begin, high - end, wide - 2 * begin, end - begin),
-                       (begin, begin, end - begin, high - 2 * begin), (wide - end, begin, end - begin, high - 2 * begin)):
+    for x, y, w, h in (
+        (begin, begin, wide - 2 * begin, end - begin),
+        (begin, high - end, wide - 2 * begin, end - begin),
+        (begin, begin, end - begin, high - 2 * begin),
+        (wide - end, begin, end - begin, high - 2 * begin),
+    ):
         ink.box(x, y, w, h, colour)
 
 
@@ -56,10 +64,16 @@ def _beads(wide: float, high: float, length: float, gap: float) -> list[tuple[fl
     """Boxes along the four edges, symmetric about the middle; dots are as high as they are long."""
     across_size = min(length, FRAME)
     inset = (FRAME - across_size) / 2
-    lying = [(along, across, length, across_size) for along in _places(wide, length, gap)
-             for across in (inset, high - inset - across_size)]
-    standing = [(across, along, across_size, length) for along in _places(high, length, gap)
-                for across in (inset, wide - inset - across_size)]
+    lying = [
+        (along, across, length, across_size)
+        for along in _places(wide, length, gap)
+        for across in (inset, high - inset - across_size)
+    ]
+    standing = [
+        (across, along, across_size, length)
+        for along in _places(high, length, gap)
+        for across in (inset, wide - inset - across_size)
+    ]
     return lying + standing
 
 

@@ -68,7 +68,8 @@ class Hud:
             return
         if picture.shape[:2] != (box.h, box.w):
             self._scaled = cv2.resize(picture, (box.w, box.h), dst=self._scaled, interpolation=cv2.INTER_LINEAR).astype(
-                np.uint8, copy=False)
+                np.uint8, copy=False
+            )
             picture = self._scaled
         image = pygame.image.frombuffer(np.ascontiguousarray(picture).data, (box.w, box.h), "BGRA")
         image.set_alpha(None)  # opaque: a plain copy, 0.3 ms instead of 0.7

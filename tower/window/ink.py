@@ -46,8 +46,9 @@ class Ink:
     def disc(self, x: float, y: float, radius: float, colour: Rgba) -> None:
         self.polygon(arc(x, y, radius, 0.0, 2 * pi), colour)
 
-    def ring(self, x: float, y: float, radius: float, thickness: float, colour: Rgba, begin: float = 0.0,
-             end: float = 2 * pi) -> None:
+    def ring(
+        self, x: float, y: float, radius: float, thickness: float, colour: Rgba, begin: float = 0.0, end: float = 2 * pi
+    ) -> None:
         """A band centred on `radius` between two angles (radians, clockwise on screen from three o'clock)."""
         if abs(end - begin) < 1e-4:
             return
@@ -68,8 +69,17 @@ class Ink:
         shape = _panel(self.surface.get_size(), self.scale, radius, _WHITE, _WHITE)
         self.surface.blit(shape, (0, 0), special_flags=pygame.BLEND_RGBA_MULT)
 
-    def text(self, text: str, x: float, y: float, size: float, colour: Rgba, weight: int = REGULAR, anchor: str = "left",
-             room: float | None = None) -> float:
+    def text(
+        self,
+        text: str,
+        x: float,
+        y: float,
+        size: float,
+        colour: Rgba,
+        weight: int = REGULAR,
+        anchor: str = "left",
+        room: float | None = None,
+    ) -> float:
         """One line with its baseline at y; anchor left, centre or right of x. Returns its width in design units."""
         size_px = max(4, round(size * self.scale))
         shown = clean(text) if room is None else fit(text, size_px, weight, int(room * self.scale))
@@ -127,5 +137,9 @@ def rounded(x: float, y: float, wide: float, high: float, radius: float) -> tupl
         return (x, y), (x + wide, y), (x + wide, y + high), (x, y + high)
     right, bottom = x + wide - radius, y + high - radius
     left, top = x + radius, y + radius
-    return (*arc(left, top, radius, pi, 1.5 * pi), *arc(right, top, radius, 1.5 * pi, 2 * pi),
-            *arc(right, bottom, radius, 0.0, pi / 2), *arc(left, bottom, radius, pi / 2, pi))
+    return (
+        *arc(left, top, radius, pi, 1.5 * pi),
+        *arc(right, top, radius, 1.5 * pi, 2 * pi),
+        *arc(right, bottom, radius, 0.0, pi / 2),
+        *arc(left, bottom, radius, pi / 2, pi),
+    )

@@ -70,8 +70,12 @@ BINDINGS: tuple[Binding, ...] = (
 
 _DRIVING = frozenset({Control.STEER_LEFT, Control.STEER_RIGHT, Control.THROTTLE, Control.BRAKE, Control.DEAD_MAN})
 _COUNTERS = {
-    Control.ACCEPT: "accept_presses", Control.HAND_BACK: "hand_back_presses", Control.RETURN: "return_presses",
-    Control.STOP: "stop_presses", Control.CLEAR: "clear_presses", Control.ENGAGE: "engage_presses",
+    Control.ACCEPT: "accept_presses",
+    Control.HAND_BACK: "hand_back_presses",
+    Control.RETURN: "return_presses",
+    Control.STOP: "stop_presses",
+    Control.CLEAR: "clear_presses",
+    Control.ENGAGE: "engage_presses",
 }
 _NEXT_GEAR = {Gear.DRIVE: Gear.REVERSE, Gear.REVERSE: Gear.NEUTRAL, Gear.NEUTRAL: Gear.PARK, Gear.PARK: Gear.DRIVE}
 
@@ -79,13 +83,31 @@ _NEXT_GEAR = {Gear.DRIVE: Gear.REVERSE, Gear.REVERSE: Gear.NEUTRAL, Gear.NEUTRAL
 def released(now_ns: int) -> OperatorInput:
     """The input at start: nothing held, nothing pressed, gear in drive."""
     return OperatorInput(
-        stamp_ns=now_ns, sequence=0, focus=False, device="keyboard", touched=False, steer=0.0, throttle=0.0, brake=0.0,
-        dead_man=False, gear=Gear.DRIVE, indicators=Indicators.OFF, hazard=False, horn=False, accept_presses=0,
-        hand_back_presses=0, return_presses=0, stop_presses=0, clear_presses=0, engage_presses=0)
+        stamp_ns=now_ns,
+        sequence=0,
+        focus=False,
+        device="keyboard",
+        touched=False,
+        steer=0.0,
+        throttle=0.0,
+        brake=0.0,
+        dead_man=False,
+        gear=Gear.DRIVE,
+        indicators=Indicators.OFF,
+        hazard=False,
+        horn=False,
+        accept_presses=0,
+        hand_back_presses=0,
+        return_presses=0,
+        stop_presses=0,
+        clear_presses=0,
+        engage_presses=0,
+    )
 
 
-def next_input(held: Set[Control], presses: Iterable[Control], previous: OperatorInput, *, focus: bool, standing: bool,
-               now_ns: int) -> OperatorInput:
+def next_input(
+    held: Set[Control], presses: Iterable[Control], previous: OperatorInput, *, focus: bool, standing: bool, now_ns: int
+) -> OperatorInput:
     """The next input to publish.
 
     held      controls that are down now
@@ -98,9 +120,17 @@ def next_input(held: Set[Control], presses: Iterable[Control], previous: Operato
     for press in presses if focus else ():
         latched = _press(latched, press, standing)
     return msgspec.structs.replace(
-        latched, stamp_ns=now_ns, sequence=previous.sequence + 1, focus=focus, touched=previous.touched or bool(down & _DRIVING),
-        steer=float((Control.STEER_LEFT in down) - (Control.STEER_RIGHT in down)), throttle=float(Control.THROTTLE in down),
-        brake=float(Control.BRAKE in down), dead_man=Control.DEAD_MAN in down, horn=Control.HORN in down)
+        latched,
+        stamp_ns=now_ns,
+        sequence=previous.sequence + 1,
+        focus=focus,
+        touched=previous.touched or bool(down & _DRIVING),
+        steer=float((Control.STEER_LEFT in down) - (Control.STEER_RIGHT in down)),
+        throttle=float(Control.THROTTLE in down),
+        brake=float(Control.BRAKE in down),
+        dead_man=Control.DEAD_MAN in down,
+        horn=Control.HORN in down,
+    )
 
 
 def _press(latched: OperatorInput, press: Control, standing: bool) -> OperatorInput:

@@ -22,8 +22,7 @@ class Box(NamedTuple):
     h: int
 
     def overlaps(self, other: "Box") -> bool:
-        return (self.x < other.x + other.w and other.x < self.x + self.w
-                and self.y < other.y + other.h and other.y < self.y + self.h)
+        return self.x < other.x + other.w and other.x < self.x + self.w and self.y < other.y + other.h and other.y < self.y + self.h
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,13 +56,23 @@ def layout(width_px: int, height_px: int, picture_shape: tuple[int, int] = (1280
         return Box(round(x * scale), round(y * scale), max(1, round(w * scale)), max(1, round(h * scale)))
 
     return Layout(
-        width_px=width_px, height_px=height_px, scale=scale, picture=_letterbox(width_px, height_px, picture_shape),
-        tab=box(middle - 210, 0, 420, 58), subtitle=box(middle - 300, 66, 600, 32), card=box(middle - 320, 68, 640, 196),
-        operator=box(MARGIN, MARGIN, 280, 118), link=box(wide - MARGIN - 280, MARGIN, 280, 152),
-        dial=box(MARGIN, low - 214, 248, 214), controls=box(middle - 220, low - 82, 440, 82),
-        map=box(wide - MARGIN - 248, low - 214, 248, 214), help=box(MARGIN, MARGIN + 126, 300, 322),
-        toast=box(middle - 290, low - 82 - 46, 580, 38), end=box(middle - 290, high / 2 - 202, 580, 404),
-        clear_zone=box(middle - 350, high * 0.37, 700, high * 0.46))
+        width_px=width_px,
+        height_px=height_px,
+        scale=scale,
+        picture=_letterbox(width_px, height_px, picture_shape),
+        tab=box(middle - 210, 0, 420, 58),
+        subtitle=box(middle - 300, 66, 600, 32),
+        card=box(middle - 320, 68, 640, 196),
+        operator=box(MARGIN, MARGIN, 280, 118),
+        link=box(wide - MARGIN - 280, MARGIN, 280, 152),
+        dial=box(MARGIN, low - 214, 248, 214),
+        controls=box(middle - 220, low - 82, 440, 82),
+        map=box(wide - MARGIN - 248, low - 214, 248, 214),
+        help=box(MARGIN, MARGIN + 126, 300, 322),
+        toast=box(middle - 290, low - 82 - 46, 580, 38),
+        end=box(middle - 290, high / 2 - 202, 580, 404),
+        clear_zone=box(middle - 350, high * 0.37, 700, high * 0.46),
+    )
 
 
 def _letterbox(width_px: int, height_px: int, shape: tuple[int, int]) -> Box:

@@ -72,29 +72,34 @@ GREY: Colour = (128, 138, 150)
 
 LOOKS: dict[Mode, Look] = {
     Mode.STANDBY: Look(words="STANDBY", colour=GREY, ink=_BLACK, pattern=Pattern.THIN, sign=Sign.PAUSE, driver=Driver.NOBODY),
-    Mode.AUTONOMOUS: Look(words="CAR DRIVES", colour=TURQUOISE, ink=_BLACK, pattern=Pattern.DOTS, sign=Sign.CAR,
-                          driver=Driver.CAR),
-    Mode.TAKEOVER_REQUESTED: Look(words="CAR DRIVES", colour=AMBER, ink=_BLACK, pattern=Pattern.STRIPES, sign=Sign.CAR_ASKS,
-                                  driver=Driver.CAR),
-    Mode.HANDING_OVER: Look(words="HANDING OVER", colour=AMBER, ink=_BLACK, pattern=Pattern.DASHES, sign=Sign.ARROWS,
-                            driver=Driver.CAR),
-    Mode.REMOTE: Look(words="YOU DRIVE", colour=BLUE, ink=_WHITE, pattern=Pattern.SOLID, sign=Sign.WHEEL,
-                      driver=Driver.OPERATOR),
-    Mode.HANDING_BACK: Look(words="YOU DRIVE", colour=BLUE, ink=_WHITE, pattern=Pattern.DASHES, sign=Sign.WHEEL,
-                            driver=Driver.OPERATOR),
-    Mode.LOCAL_DRIVER: Look(words="LOCAL DRIVER", colour=PURPLE, ink=_BLACK, pattern=Pattern.BLOCKS, sign=Sign.PERSON,
-                            driver=Driver.PERSON_IN_CAR),
-    Mode.SAFE_STOP: Look(words="STOPPING", colour=VERMILION, ink=_WHITE, pattern=Pattern.STRIPES, sign=Sign.OCTAGON,
-                         driver=Driver.STOPPING),
-    Mode.STOPPED: Look(words="STOPPED", colour=VERMILION, ink=_WHITE, pattern=Pattern.BLOCKS, sign=Sign.OCTAGON_OPEN,
-                       driver=Driver.NOBODY),
-    Mode.EMERGENCY_STOP: Look(words="EMERGENCY STOP", colour=VERMILION, ink=_WHITE, pattern=Pattern.CHECKS, sign=Sign.CROSS,
-                              driver=Driver.STOPPING),
+    Mode.AUTONOMOUS: Look(words="CAR DRIVES", colour=TURQUOISE, ink=_BLACK, pattern=Pattern.DOTS, sign=Sign.CAR, driver=Driver.CAR),
+    Mode.TAKEOVER_REQUESTED: Look(
+        words="CAR DRIVES", colour=AMBER, ink=_BLACK, pattern=Pattern.STRIPES, sign=Sign.CAR_ASKS, driver=Driver.CAR
+    ),
+    Mode.HANDING_OVER: Look(
+        words="HANDING OVER", colour=AMBER, ink=_BLACK, pattern=Pattern.DASHES, sign=Sign.ARROWS, driver=Driver.CAR
+    ),
+    Mode.REMOTE: Look(words="YOU DRIVE", colour=BLUE, ink=_WHITE, pattern=Pattern.SOLID, sign=Sign.WHEEL, driver=Driver.OPERATOR),
+    Mode.HANDING_BACK: Look(
+        words="YOU DRIVE", colour=BLUE, ink=_WHITE, pattern=Pattern.DASHES, sign=Sign.WHEEL, driver=Driver.OPERATOR
+    ),
+    Mode.LOCAL_DRIVER: Look(
+        words="LOCAL DRIVER", colour=PURPLE, ink=_BLACK, pattern=Pattern.BLOCKS, sign=Sign.PERSON, driver=Driver.PERSON_IN_CAR
+    ),
+    Mode.SAFE_STOP: Look(
+        words="STOPPING", colour=VERMILION, ink=_WHITE, pattern=Pattern.STRIPES, sign=Sign.OCTAGON, driver=Driver.STOPPING
+    ),
+    Mode.STOPPED: Look(
+        words="STOPPED", colour=VERMILION, ink=_WHITE, pattern=Pattern.BLOCKS, sign=Sign.OCTAGON_OPEN, driver=Driver.NOBODY
+    ),
+    Mode.EMERGENCY_STOP: Look(
+        words="EMERGENCY STOP", colour=VERMILION, ink=_WHITE, pattern=Pattern.CHECKS, sign=Sign.CROSS, driver=Driver.STOPPING
+    ),
 }
-WAITING = Look(words="WAITING FOR THE CAR", colour=GREY, ink=_BLACK, pattern=Pattern.DOTS, sign=Sign.BROKEN,
-               driver=Driver.UNKNOWN)
-NO_LINK = Look(words="NO LINK TO THE CAR", colour=(240, 240, 240), ink=_BLACK, pattern=Pattern.CHECKS, sign=Sign.BROKEN,
-               driver=Driver.UNKNOWN)
+WAITING = Look(words="WAITING FOR THE CAR", colour=GREY, ink=_BLACK, pattern=Pattern.DOTS, sign=Sign.BROKEN, driver=Driver.UNKNOWN)
+NO_LINK = Look(
+    words="NO LINK TO THE CAR", colour=(240, 240, 240), ink=_BLACK, pattern=Pattern.CHECKS, sign=Sign.BROKEN, driver=Driver.UNKNOWN
+)
 
 
 def known_mode(status: Received[GatewayStatus] | None, now_ns: int) -> Mode | None:

@@ -96,8 +96,11 @@ def _draw_road(ink: Ink, road: _Geometry, up: _Up) -> None:
     begin, end = (tuple(up.rows(point[None])[0]) for point in road.goal)
     for i in range(8):
         a, b = i / 8, (i + 1) / 8
-        ink.line([(begin[0] + (end[0] - begin[0]) * t, begin[1] + (end[1] - begin[1]) * t) for t in (a, b)], 4,
-                 TEXT if i % 2 else (20, 24, 30, 255))
+        ink.line(
+            [(begin[0] + (end[0] - begin[0]) * t, begin[1] + (end[1] - begin[1]) * t) for t in (a, b)],
+            4,
+            TEXT if i % 2 else (20, 24, 30, 255),
+        )
 
 
 def _near(points: Points) -> list[XY]:
@@ -140,10 +143,26 @@ def _draw_car(ink: Ink, view: MapView) -> None:
     x, y = _CAR_AT
     half, long = max(view.car_width_m * _UNITS_PER_M / 2, 3.2), max(view.car_length_m * _UNITS_PER_M, 11.0)
     half, long = min(half, 12.0), min(long, 50.0)
-    ink.polygon([(x, y - long * 0.86), (x + half + 1.6, y - long * 0.45), (x + half + 1.6, y + long * 0.3),
-                 (x - half - 1.6, y + long * 0.3), (x - half - 1.6, y - long * 0.45)], (13, 17, 23, 255))
-    ink.polygon([(x, y - long * 0.76), (x + half, y - long * 0.42), (x + half, y + long * 0.22),
-                 (x - half, y + long * 0.22), (x - half, y - long * 0.42)], TEXT)
+    ink.polygon(
+        [
+            (x, y - long * 0.86),
+            (x + half + 1.6, y - long * 0.45),
+            (x + half + 1.6, y + long * 0.3),
+            (x - half - 1.6, y + long * 0.3),
+            (x - half - 1.6, y - long * 0.45),
+        ],
+        (13, 17, 23, 255),
+    )
+    ink.polygon(
+        [
+            (x, y - long * 0.76),
+            (x + half, y - long * 0.42),
+            (x + half, y + long * 0.22),
+            (x - half, y + long * 0.22),
+            (x - half, y - long * 0.42),
+        ],
+        TEXT,
+    )
 
 
 def _draw_distance(ink: Ink, view: MapView, scene: Scene) -> None:

@@ -17,6 +17,8 @@ BRAKING: Rgba = (255, 138, 76, 255)
 INDICATOR: Rgba = (88, 226, 128, 255)
 
 TONES: dict[Tone, Rgba] = {
-    Tone.CALM: TEXT, Tone.GOOD: (126, 222, 152, 255), Tone.WARN: (*AMBER, 255),
+    Tone.CALM: TEXT,
+    Tone.GOOD: (126, 222, 152, 255),
+    Tone.WARN: (*AMBER, 255),
     Tone.BAD: (255, 118, 66, 255),  # vermilion, brighter: it is read on the dark panel
 }

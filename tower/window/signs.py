@@ -80,8 +80,14 @@ def _broken(ink: Ink, x: float, y: float, on: Rgba, under: Rgba) -> None:
 
 
 SIGNS: dict[Sign, Callable[[Ink, float, float, Rgba, Rgba], None]] = {
-    Sign.WHEEL: _wheel, Sign.CAR: _car, Sign.CAR_ASKS: _car_asks, Sign.ARROWS: _arrows, Sign.PERSON: _person,
-    Sign.OCTAGON: _octagon, Sign.OCTAGON_OPEN: _octagon_open, Sign.CROSS: _cross, Sign.PAUSE: _pause, Sign.BROKEN: _broken,
+    Sign.WHEEL: _wheel,
+    Sign.CAR: _car,
+    Sign.CAR_ASKS: _car_asks,
+    Sign.ARROWS: _arrows,
+    Sign.PERSON: _person,
+    Sign.OCTAGON: _octagon,
+    Sign.OCTAGON_OPEN: _octagon_open,
+    Sign.CROSS: _cross,
+    Sign.PAUSE: _pause,
+    Sign.BROKEN: _broken,
 }
-
-

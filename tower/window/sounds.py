@@ -67,8 +67,8 @@ def waveform(sound: Sound) -> npt.NDArray[np.int16]:
     for note in notes:
         tone = _tone(note)
         begin = round(note.begin_s * RATE_HZ)
-        room = mix[begin:begin + len(tone)]
-        room += tone[:len(room)]
+        room = mix[begin : begin + len(tone)]
+        room += tone[: len(room)]
     mono = np.clip(mix * 0.45, -1.0, 1.0) * 32767
     return np.repeat(mono.astype(np.int16)[:, None], 2, axis=1)
 
@@ -83,8 +83,13 @@ def _tone(note: Note) -> npt.NDArray[np.float64]:
 def has_sound_device() -> bool:
     """On Linux ALSA complains on stderr when there is none, so it is not asked then."""
     runtime = Path(os.environ.get("XDG_RUNTIME_DIR", "/nonexistent"))
-    return (not sys.platform.startswith("linux") or "PULSE_SERVER" in os.environ or "SDL_AUDIODRIVER" in os.environ
-            or any(path.exists() for path in (runtime / "pulse", runtime / "pipewire-0")) or any(Path("/dev/snd").glob("pcm*p")))
+    return (
+        not sys.platform.startswith("linux")
+        or "PULSE_SERVER" in os.environ
+        or "SDL_AUDIODRIVER" in os.environ
+        or any(path.exists() for path in (runtime / "pulse", runtime / "pipewire-0"))
+        or any(Path("/dev/snd").glob("pcm*p"))
+    )
 
 
 class Player:

@@ -39,9 +39,18 @@ def view_model(sights: Sights) -> ViewModel:
     """What every part of the window shows now."""
     the_card, picture = card(sights), _picture(sights)
     return ViewModel(
-        picture=picture, banner=_banner(sights, the_card is not None), dial=_dial(sights), controls=_controls(sights),
-        link=_link(sights), operator=_operator(sights), map=_map(sights), card=the_card, end=_end(sights),
-        help_open=sights.keys.help_open, toast=_toast(sights, picture))
+        picture=picture,
+        banner=_banner(sights, the_card is not None),
+        dial=_dial(sights),
+        controls=_controls(sights),
+        link=_link(sights),
+        operator=_operator(sights),
+        map=_map(sights),
+        card=the_card,
+        end=_end(sights),
+        help_open=sights.keys.help_open,
+        toast=_toast(sights, picture),
+    )
 
 
 def _picture(sights: Sights) -> PictureView:
@@ -49,8 +58,10 @@ def _picture(sights: Sights) -> PictureView:
     age = age_ns(sights.picture, sights.now_ns, sights.clock_offset_ns)
     old = seconds((age or 0) / 1e9)
     title, detail = {
-        PictureState.NONE: ("NO PICTURE", "Waiting for the camera"), PictureState.LIVE: ("", ""),
-        PictureState.LATE: ("", ""), PictureState.FROZEN: ("FROZEN", f"The picture is {old} old"),
+        PictureState.NONE: ("NO PICTURE", "Waiting for the camera"),
+        PictureState.LIVE: ("", ""),
+        PictureState.LATE: ("", ""),
+        PictureState.FROZEN: ("FROZEN", f"The picture is {old} old"),
     }[state]
     return PictureView(state=state, title=title, detail=detail)
 
@@ -67,19 +78,29 @@ def _banner(sights: Sights, has_card: bool) -> BannerView:
         return BannerView(look=look, cause="", hint="", tone=Tone.CALM)
     stopping = look.driver is Driver.STOPPING or mode is Mode.STOPPED
     cause = sentence(status.failsafe if mode is Mode.REMOTE and status.failsafe else status.cause)
-    return BannerView(look=look, cause="" if mode is Mode.REMOTE and not status.failsafe else cause,
-                      hint=_hint(status, sights.fresh_operator), tone=Tone.BAD if stopping or status.failsafe else Tone.CALM)
+    return BannerView(
+        look=look,
+        cause="" if mode is Mode.REMOTE and not status.failsafe else cause,
+        hint=_hint(status, sights.fresh_operator),
+        tone=Tone.BAD if stopping or status.failsafe else Tone.CALM,
+    )
 
 
 def _hint(status: GatewayStatus, operator: OperatorStatus | None) -> str:
     held = dead_man_name(operator.device if operator is not None else "keyboard")
-    take = ("Any driving key takes the controls" if operator is not None and operator.device == "scripted"
-            else f"Hold {held}, Enter: you drive")
+    take = (
+        "Any driving key takes the controls"
+        if operator is not None and operator.device == "scripted"
+        else f"Hold {held}, Enter: you drive"
+    )
     back = "B hands back to the car" if status.hand_back_ready else sentence(status.hand_back_note)
     stopped = sentence(status.take_refused) or take
     return {
-        Mode.STANDBY: f"E: the car drives · {take}", Mode.AUTONOMOUS: take,
-        Mode.REMOTE: back, Mode.STOPPED: stopped, Mode.EMERGENCY_STOP: "Only at the car can it be released",
+        Mode.STANDBY: f"E: the car drives · {take}",
+        Mode.AUTONOMOUS: take,
+        Mode.REMOTE: back,
+        Mode.STOPPED: stopped,
+        Mode.EMERGENCY_STOP: "Only at the car can it be released",
     }.get(status.mode, "")
 
 
@@ -88,30 +109,50 @@ def _dial(sights: Sights) -> DialView:
     most = sights.description.speed_max_remote_m_s * KM_H if sights.description is not None else _SCALE_KM_H * 0.75
     scale = int(min(max(ceil(most * 1.3 / 10) * 10, 20), 300))
     if state is None:
-        return DialView(fresh=False, speed_km_h=0.0, cap_km_h=None, scale_km_h=scale, gear=Gear.PARK, left_lit=False,
-                        right_lit=False)
+        return DialView(
+            fresh=False, speed_km_h=0.0, cap_km_h=None, scale_km_h=scale, gear=Gear.PARK, left_lit=False, right_lit=False
+        )
     mode = known_mode(sights.status, sights.now_ns)
     capped = mode in (Mode.REMOTE, Mode.HANDING_OVER, Mode.HANDING_BACK)
     on = sights.now_ns // _BLINK_NS % 2 == 0
     applied = state.applied
     return DialView(
-        fresh=True, speed_km_h=round(state.speed_m_s * KM_H * 4) / 4, scale_km_h=scale, gear=state.gear,
+        fresh=True,
+        speed_km_h=round(state.speed_m_s * KM_H * 4) / 4,
+        scale_km_h=scale,
+        gear=state.gear,
         cap_km_h=round(state.speed_cap_m_s * KM_H * 2) / 2 if capped else None,
         left_lit=on and (applied.hazard or applied.indicators is Indicators.LEFT),
-        right_lit=on and (applied.hazard or applied.indicators is Indicators.RIGHT))
+        right_lit=on and (applied.hazard or applied.indicators is Indicators.RIGHT),
+    )
 
 
 def _controls(sights: Sights) -> ControlsView:
     state = sights.fresh_state
     if state is None:
-        return ControlsView(fresh=False, steer_requested=0.0, steer_applied=0.0, steer_text="–", drive_requested=0.0,
-                            drive_applied=0.0, drive_text="–", rule_text="No state from the car", limited=False)
+        return ControlsView(
+            fresh=False,
+            steer_requested=0.0,
+            steer_applied=0.0,
+            steer_text="–",
+            drive_requested=0.0,
+            drive_applied=0.0,
+            drive_text="–",
+            rule_text="No state from the car",
+            limited=False,
+        )
     car = sights.description
     return ControlsView(
-        fresh=True, steer_requested=_steer_share(state.requested, car), steer_applied=_steer_share(state.applied, car),
-        steer_text=_side(degrees(state.applied.road_wheel_angle_rad)), drive_requested=_drive_share(state.requested, car),
-        drive_applied=_drive_share(state.applied, car), drive_text=f"{_no_minus_zero(state.applied.acceleration_m_s2):+.1f} m/s²",
-        rule_text=_rule_text(state), limited=bool(state.rules))
+        fresh=True,
+        steer_requested=_steer_share(state.requested, car),
+        steer_applied=_steer_share(state.applied, car),
+        steer_text=_side(degrees(state.applied.road_wheel_angle_rad)),
+        drive_requested=_drive_share(state.requested, car),
+        drive_applied=_drive_share(state.applied, car),
+        drive_text=f"{_no_minus_zero(state.applied.acceleration_m_s2):+.1f} m/s²",
+        rule_text=_rule_text(state),
+        limited=bool(state.rules),
+    )
 
 
 def _rule_text(state: VehicleState) -> str:
@@ -164,7 +205,8 @@ def _link(sights: Sights) -> LinkView:
     figures = (
         Figure(label="picture", text=milliseconds(picture_ms), tone=_tone(picture_ms, _AGE_WARN_MS, _AGE_BAD_MS)),
         Figure(label="loop", text=milliseconds(loop_ms), tone=_tone(loop_ms, _AGE_WARN_MS, _AGE_BAD_MS)),
-        Figure(label="round trip", text=milliseconds(trip_ms), tone=_tone(trip_ms, _TRIP_WARN_MS, _TRIP_BAD_MS)))
+        Figure(label="round trip", text=milliseconds(trip_ms), tone=_tone(trip_ms, _TRIP_WARN_MS, _TRIP_BAD_MS)),
+    )
     bars, word = _quality(figures, known_mode(sights.status, sights.now_ns) is not None)
     return LinkView(bars=bars, word=word, figures=figures, samples=complete, now_ns=newest.at_ns if newest is not None else 0)
 
@@ -183,16 +225,25 @@ def _quality(figures: tuple[Figure, ...], linked: bool) -> tuple[int, str]:
 def _operator(sights: Sights) -> OperatorView:
     operator = sights.fresh_operator
     if operator is None:
-        return OperatorView(name="Cockpit", lease="The cockpit does not answer", lease_tone=Tone.BAD, dead_man=False,
-                            dead_man_text="", note="")
+        return OperatorView(
+            name="Cockpit", lease="The cockpit does not answer", lease_tone=Tone.BAD, dead_man=False, dead_man_text="", note=""
+        )
     known = sights.status is not None and known_mode(sights.status, sights.now_ns) is not None
     lease, tone = _lease(sights.status.message, operator) if sights.status is not None and known else ("Lease unknown", Tone.WARN)
     held = dead_man_name(operator.device)
     note = SCRIPTED_NOTE if operator.device == "scripted" else "" if operator.armed else "Release both pedals once"
     return OperatorView(
-        name=f"{operator.operator} · {operator.device}", lease=lease, lease_tone=tone, dead_man=operator.dead_man, note=note,
-        dead_man_text="Dead-man held" if operator.dead_man else "Dead-man released" if operator.device == "scripted"
-        else f"Dead-man released: hold {held}")
+        name=f"{operator.operator} · {operator.device}",
+        lease=lease,
+        lease_tone=tone,
+        dead_man=operator.dead_man,
+        note=note,
+        dead_man_text="Dead-man held"
+        if operator.dead_man
+        else "Dead-man released"
+        if operator.device == "scripted"
+        else f"Dead-man released: hold {held}",
+    )
 
 
 def _lease(status: GatewayStatus, operator: OperatorStatus) -> tuple[str, Tone]:
@@ -206,8 +257,13 @@ def _lease(status: GatewayStatus, operator: OperatorStatus) -> tuple[str, Tone]:
 def _map(sights: Sights) -> MapView:
     request = sights.status.message.request if sights.status is not None else None
     car = sights.description
-    return MapView(road_map=sights.road_map, scene=sights.fresh_scene, trouble=request.place if request is not None else None,
-                   car_length_m=car.length_m if car is not None else 4.5, car_width_m=car.width_m if car is not None else 1.8)
+    return MapView(
+        road_map=sights.road_map,
+        scene=sights.fresh_scene,
+        trouble=request.place if request is not None else None,
+        car_length_m=car.length_m if car is not None else 4.5,
+        car_width_m=car.width_m if car is not None else 1.8,
+    )
 
 
 def _toast(sights: Sights, picture: PictureView) -> str:
@@ -240,5 +296,9 @@ def _end(sights: Sights) -> EndView | None:
         ("Loop age p50 / p95 while you drove", loop, None),
         ("Stops", str(log.stops), Mode.SAFE_STOP if log.stops else None),
     )
-    return EndView(title="Drive complete" if at_goal else "Emergency stop: the car stands", rows=rows, stretches=log.stretches(),
-                   recording=sights.recording)
+    return EndView(
+        title="Drive complete" if at_goal else "Emergency stop: the car stands",
+        rows=rows,
+        stretches=log.stretches(),
+        recording=sights.recording,
+    )

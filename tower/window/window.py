@@ -35,12 +35,24 @@ def run(config: Path, stop: threading.Event) -> int:
     wire, settings = sections["wire"], sections["tower"].window
     clock = Clock(wire.clock.tower_offset_ns)
     cv2.setNumThreads(1)  # a window must not take the cores of the control loops beside it
-    with (open_link(wire.link, Role.WINDOW, clock, stop) as link, Screen(settings) as screen,
-          VideoReceiver(link, clock, (settings.camera,)) as video,
-          SnapshotWriter(_snapshot_path(wire, settings)) as writer, Pace(_LOOK_S, clock, stop) as pace):
-        loop = DisplayLoop(camera=settings.camera, recording=Path(wire.session.folder).name, full_screen=settings.full_screen,
-                           link=link, video=video, screen=screen, writer=writer,
-                           player=Player(settings.sound, settings.volume), clock=clock)
+    with (
+        open_link(wire.link, Role.WINDOW, clock, stop) as link,
+        Screen(settings) as screen,
+        VideoReceiver(link, clock, (settings.camera,)) as video,
+        SnapshotWriter(_snapshot_path(wire, settings)) as writer,
+        Pace(_LOOK_S, clock, stop) as pace,
+    ):
+        loop = DisplayLoop(
+            camera=settings.camera,
+            recording=Path(wire.session.folder).name,
+            full_screen=settings.full_screen,
+            link=link,
+            video=video,
+            screen=screen,
+            writer=writer,
+            player=Player(settings.sound, settings.volume),
+            clock=clock,
+        )
         health_ns = 0
         for now_ns in pace:
             if loop.step(now_ns):

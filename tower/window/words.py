@@ -17,19 +17,19 @@ def dead_man_name(device: str) -> str:
 
 
 def milliseconds(value: float | None) -> str:
-    """"84 ms", above two seconds "2.4 s", unknown "-"."""
+    """ "84 ms", above two seconds "2.4 s", unknown "-"."""
     if value is None:
         return "–"
     return f"{value:.0f} ms" if value < 2000 else f"{min(value / 1000, 9999):.1f} s"
 
 
 def seconds(value: float) -> str:
-    """"8.4 s", from 100 s on in whole seconds."""
+    """ "8.4 s", from 100 s on in whole seconds."""
     return f"{value:.1f} s" if value < 100 else f"{min(value, 99999):.0f} s"
 
 
 def minutes(value: float) -> str:
-    """"1:24"."""
+    """ "1:24"."""
     whole = int(min(value, 359999))
     return f"{whole // 60}:{whole % 60:02d}"
 

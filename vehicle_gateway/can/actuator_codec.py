@@ -51,13 +51,23 @@ class PlantState:
 
 _LAYOUTS = layouts()
 _DEMAND = _LAYOUTS["ACTUATOR_DEMAND"]
-_PLANT = {layout.arbitration_id: layout for layout in (
-    _LAYOUTS[name] for name in ("PLANT_MOTION", "PLANT_CONTROLS", "PLANT_WHEELS"))}
+_PLANT = {
+    layout.arbitration_id: layout for layout in (_LAYOUTS[name] for name in ("PLANT_MOTION", "PLANT_CONTROLS", "PLANT_WHEELS"))
+}
 
 
 def encode_demand(demand: Demand, counter: int) -> Frame:
-    return _DEMAND.pack((demand.road_wheel_angle_rad, demand.drive_m_s2, demand.brake_m_s2, GEAR_NUMBER[demand.gear],
-                         INDICATORS_NUMBER[demand.indicators], *demand[5:]), counter)
+    return _DEMAND.pack(
+        (
+            demand.road_wheel_angle_rad,
+            demand.drive_m_s2,
+            demand.brake_m_s2,
+            GEAR_NUMBER[demand.gear],
+            INDICATORS_NUMBER[demand.indicators],
+            *demand[5:],
+        ),
+        counter,
+    )
 
 
 def decode_demand(state: DemandState, frame: Frame) -> tuple[DemandState, str]:
@@ -70,8 +80,9 @@ def decode_demand(state: DemandState, frame: Frame) -> tuple[DemandState, str]:
     if values is None:
         return state, reason
     angle, drive, brake, gear, indicators, hazard, horn, low_beam, free = values
-    demand = Demand(angle, drive, brake, GEARS[int(gear)], INDICATORS[int(indicators)], bool(hazard), bool(horn),
-                    bool(low_beam), bool(free))
+    demand = Demand(
+        angle, drive, brake, GEARS[int(gear)], INDICATORS[int(indicators)], bool(hazard), bool(horn), bool(low_beam), bool(free)
+    )
     return replace(state, demand=demand), ""
 
 

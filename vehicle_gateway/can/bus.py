@@ -43,8 +43,7 @@ class Transport(Protocol):
 class Bus:
     """What `open_bus` hands out. `dropped` counts frames by reason; `reading` turns false when the reader has died."""
 
-    def __init__(self, transport: Transport, on_frame: Callable[[Frame, int], None], clock: Clock,
-                 fifo_priority: int) -> None:
+    def __init__(self, transport: Transport, on_frame: Callable[[Frame, int], None], clock: Clock, fifo_priority: int) -> None:
         self._transport = transport
         self._on_frame = on_frame
         self._clock = clock
@@ -92,8 +91,9 @@ class Bus:
 
 
 @contextmanager
-def open_bus(settings: CanSettings, bus: str, on_frame: Callable[[Frame, int], None], clock: Clock, *,
-             fifo_priority: int = 0) -> Iterator[Bus]:
+def open_bus(
+    settings: CanSettings, bus: str, on_frame: Callable[[Frame, int], None], clock: Clock, *, fifo_priority: int = 0
+) -> Iterator[Bus]:
     """One bus of the car; leaving the context closes it.
 
     bus       "vehicle" (gateway and ECU) or "actuator" (ECU and plant)
@@ -105,8 +105,10 @@ def open_bus(settings: CanSettings, bus: str, on_frame: Callable[[Frame, int], N
     try:
         transport = _OPEN[settings.interface](channel, port, settings.hop_limit)
     except (OSError, can.CanError, ValueError) as error:
-        raise ConfigurationError(f"[vehicle_gateway.can] {bus} bus: cannot open {settings.interface} {channel} {port}: "
-                                 f"{error}; set interface, channel and port") from None
+        raise ConfigurationError(
+            f"[vehicle_gateway.can] {bus} bus: cannot open {settings.interface} {channel} {port}: "
+            f"{error}; set interface, channel and port"
+        ) from None
     opened = Bus(transport, on_frame, clock, fifo_priority)
     try:
         yield opened
@@ -115,8 +117,10 @@ def open_bus(settings: CanSettings, bus: str, on_frame: Callable[[Frame, int], N
 
 
 def _place(settings: CanSettings, bus: str) -> tuple[str, int]:
-    places = {"vehicle": (settings.channel, settings.port),
-              "actuator": (settings.actuator_channel or settings.channel, settings.actuator_port)}
+    places = {
+        "vehicle": (settings.channel, settings.port),
+        "actuator": (settings.actuator_channel or settings.channel, settings.actuator_port),
+    }
     return places[bus]
 
 
@@ -134,8 +138,9 @@ class _Multicast:
     def _configure(self, group: str, port: int, hop_limit: int) -> None:
         self._in.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._in.bind((group, port))  # to the group, not to every address: other groups and plain datagrams stay out
-        self._in.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                            struct.pack("4s4s", socket.inet_aton(group), socket.inet_aton(LOOPBACK)))
+        self._in.setsockopt(
+            socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, struct.pack("4s4s", socket.inet_aton(group), socket.inet_aton(LOOPBACK))
+        )
         self._out.bind((LOOPBACK, 0))
         self._own = self._out.getsockname()
         self._out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(LOOPBACK))
@@ -162,10 +167,21 @@ class _Multicast:
 
 def _pack(frame: Frame) -> bytes:
     """The datagram python-can's udp_multicast would send for this frame."""
-    packed: bytes = msgpack.packb({
-        "timestamp": 0.0, "arbitration_id": frame.arbitration_id, "is_extended_id": False, "is_remote_frame": False,
-        "is_error_frame": False, "channel": None, "dlc": len(frame.data), "data": frame.data, "is_fd": False,
-        "bitrate_switch": False, "error_state_indicator": False})
+    packed: bytes = msgpack.packb(
+        {
+            "timestamp": 0.0,
+            "arbitration_id": frame.arbitration_id,
+            "is_extended_id": False,
+            "is_remote_frame": False,
+            "is_error_frame": False,
+            "channel": None,
+            "dlc": len(frame.data),
+            "data": frame.data,
+            "is_fd": False,
+            "bitrate_switch": False,
+            "error_state_indicator": False,
+        }
+    )
     return packed
 
 

@@ -18,8 +18,18 @@ __all__ = ["GEARS", "INDICATORS", "MODES", "Feedback", "FeedbackState", "Frame",
 # Position in the tuple is the number on the bus (VAL_ of the DBC).
 GEARS = (Gear.PARK, Gear.REVERSE, Gear.NEUTRAL, Gear.DRIVE)
 INDICATORS = (Indicators.OFF, Indicators.LEFT, Indicators.RIGHT)
-MODES = (Mode.STANDBY, Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK,
-         Mode.LOCAL_DRIVER, Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP)
+MODES = (
+    Mode.STANDBY,
+    Mode.AUTONOMOUS,
+    Mode.TAKEOVER_REQUESTED,
+    Mode.HANDING_OVER,
+    Mode.REMOTE,
+    Mode.HANDING_BACK,
+    Mode.LOCAL_DRIVER,
+    Mode.SAFE_STOP,
+    Mode.STOPPED,
+    Mode.EMERGENCY_STOP,
+)
 GEAR_NUMBER = {gear: number for number, gear in enumerate(GEARS)}
 INDICATORS_NUMBER = {indicators: number for number, indicators in enumerate(INDICATORS)}
 MODE_NUMBER = {mode: number for number, mode in enumerate(MODES)}
@@ -57,8 +67,10 @@ class FeedbackState:
 
 _LAYOUTS = layouts()
 _COMMAND, _BODY = _LAYOUTS["ACTUATION_COMMAND"], _LAYOUTS["BODY_COMMAND"]
-_FEEDBACK = {layout.arbitration_id: layout for layout in (
-    _LAYOUTS[name] for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))}
+_FEEDBACK = {
+    layout.arbitration_id: layout
+    for layout in (_LAYOUTS[name] for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
+}
 _COMMAND_IDS = frozenset({_COMMAND.arbitration_id, _BODY.arbitration_id})
 
 
@@ -68,8 +80,13 @@ def encode_command(actuation: Actuation, mode: Mode, brake_hold: bool, counter: 
     actuation  acceleration in the direction of the gear: positive drives, negative brakes
     counter    one more with every call, without end; it is sent modulo 15
     """
-    command = (MODE_NUMBER[mode], actuation.road_wheel_angle_rad, actuation.acceleration_m_s2,
-               GEAR_NUMBER[actuation.gear], brake_hold)
+    command = (
+        MODE_NUMBER[mode],
+        actuation.road_wheel_angle_rad,
+        actuation.acceleration_m_s2,
+        GEAR_NUMBER[actuation.gear],
+        brake_hold,
+    )
     body = (INDICATORS_NUMBER[actuation.indicators], actuation.hazard, actuation.horn, True)
     return _COMMAND.pack(command, counter), _BODY.pack(body, counter)
 
@@ -100,10 +117,20 @@ def _complete(state: FeedbackState, motion: tuple[float, ...]) -> Feedback | Non
     speed, angle, acceleration, yaw_rate = motion
     gear, ecu_state, holding = state.drive
     seat, emergency, release, torque, brake = state.local
-    return Feedback(speed_m_s=speed, acceleration_m_s2=acceleration, yaw_rate_rad_s=yaw_rate,
-                    road_wheel_angle_rad=angle, gear=GEARS[int(gear)], ecu_following=ecu_state == FOLLOWING,
-                    brake_holding=bool(holding), seat_occupied=bool(seat), driver_torque_nm=torque, driver_brake=brake,
-                    emergency_button=bool(emergency), release_button=bool(release))
+    return Feedback(
+        speed_m_s=speed,
+        acceleration_m_s2=acceleration,
+        yaw_rate_rad_s=yaw_rate,
+        road_wheel_angle_rad=angle,
+        gear=GEARS[int(gear)],
+        ecu_following=ecu_state == FOLLOWING,
+        brake_holding=bool(holding),
+        seat_occupied=bool(seat),
+        driver_torque_nm=torque,
+        driver_brake=brake,
+        emergency_button=bool(emergency),
+        release_button=bool(release),
+    )
 
 
 _PUT: dict[str, Callable[[FeedbackState, tuple[float, ...]], FeedbackState]] = {

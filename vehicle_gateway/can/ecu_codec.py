@@ -58,8 +58,7 @@ class CommandState:
 
 _LAYOUTS = layouts()
 _COMMANDS = {layout.arbitration_id: layout for layout in (_LAYOUTS["ACTUATION_COMMAND"], _LAYOUTS["BODY_COMMAND"])}
-_OWN = frozenset(_LAYOUTS[name].arbitration_id for name in (
-    "MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
+_OWN = frozenset(_LAYOUTS[name].arbitration_id for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
 
 
 def decode_command(state: CommandState, frame: Frame) -> tuple[CommandState, str]:

@@ -82,17 +82,34 @@ def _field(signal: Any) -> Field:  # a cantools signal
     sign = 1 << (signal.length - 1) if signal.is_signed else 0
     mask = (1 << signal.length) - 1
     low, high, scale, offset = (float(x) for x in (signal.minimum, signal.maximum, signal.scale, signal.offset))
-    return Field(name=signal.name, start=signal.start, mask=mask, sign=sign, scale=scale, offset=offset, low=low,
-                 high=high, raw_low=round((low - offset) / scale), raw_high=round((high - offset) / scale),
-                 not_available=sign or mask)
+    return Field(
+        name=signal.name,
+        start=signal.start,
+        mask=mask,
+        sign=sign,
+        scale=scale,
+        offset=offset,
+        low=low,
+        high=high,
+        raw_low=round((low - offset) / scale),
+        raw_high=round((high - offset) / scale),
+        not_available=sign or mask,
+    )
 
 
 @cache
 def layouts() -> dict[str, Layout]:
     """Every frame of our DBC by name. Read once per process (about 30 ms)."""
     database: Any = cantools.database.load_file(shipped("drive_by_wire.dbc"))
-    return {message.name: Layout(
-        name=message.name, arbitration_id=message.frame_id, size=message.length,
-        data_id=int(message.dbc.attributes["E2EDataId"].value),
-        fields=tuple(_field(signal) for signal in sorted(message.signals, key=lambda s: int(s.start))
-                     if signal.name not in PROTECTION)) for message in database.messages}
+    return {
+        message.name: Layout(
+            name=message.name,
+            arbitration_id=message.frame_id,
+            size=message.length,
+            data_id=int(message.dbc.attributes["E2EDataId"].value),
+            fields=tuple(
+                _field(signal) for signal in sorted(message.signals, key=lambda s: int(s.start)) if signal.name not in PROTECTION
+            ),
+        )
+        for message in database.messages
+    }

@@ -33,17 +33,14 @@ PERIOD_S = 0.01
 
 def run(config: Path, stop: threading.Event) -> int:
     """The ECU until `stop` is set. Raises ConfigurationError at start."""
-    read = read_sections(config, {"wire": WireSettings, "vehicle": VehicleDescription,
-                                  "vehicle_gateway": VehicleGatewaySettings})
+    read = read_sections(config, {"wire": WireSettings, "vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings})
     priority = read["wire"].pace.fifo_priority
     gateway: VehicleGatewaySettings = read["vehicle_gateway"]
     clock = Clock()
     with ExitStack() as stack:
         ecu = Ecu(gateway.simulation.ecu)
-        ecu.vehicle_bus = stack.enter_context(
-            open_bus(gateway.can, "vehicle", ecu.on_vehicle_frame, clock, fifo_priority=priority))
-        ecu.actuator_bus = stack.enter_context(
-            open_bus(gateway.can, "actuator", ecu.on_plant_frame, clock, fifo_priority=priority))
+        ecu.vehicle_bus = stack.enter_context(open_bus(gateway.can, "vehicle", ecu.on_vehicle_frame, clock, fifo_priority=priority))
+        ecu.actuator_bus = stack.enter_context(open_bus(gateway.can, "actuator", ecu.on_plant_frame, clock, fifo_priority=priority))
         pace = stack.enter_context(Pace(PERIOD_S, clock, stop, fifo_priority=priority))
         for now_ns in pace:
             ecu.cycle(now_ns)

@@ -99,9 +99,17 @@ def _demand(state: EcuState, inputs: EcuInputs, following: bool, settings: EcuSe
         drive, brake = 0.0, max(brake, settings.emergency_m_s2)
     local = following and inputs.command is not None and inputs.command.mode is Mode.LOCAL_DRIVER
     body = inputs.body
-    return Demand(state.angle_rad, 0.0 if local else drive, brake, state.gear,
-                  body.indicators if following else Indicators.OFF, body.hazard or not following,
-                  body.horn and following, body.low_beam, local)
+    return Demand(
+        state.angle_rad,
+        0.0 if local else drive,
+        brake,
+        state.gear,
+        body.indicators if following else Indicators.OFF,
+        body.hazard or not following,
+        body.horn and following,
+        body.low_beam,
+        local,
+    )
 
 
 def split_force(acceleration_m_s2: float, speed_m_s: float, gear: Gear, settings: EcuSettings) -> tuple[float, float]:

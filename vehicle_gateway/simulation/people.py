@@ -47,8 +47,15 @@ def _walker(person: Person, road: Road, speed_factor: float) -> Walker:
     station, offset = person.way[0]
     x, y, _ = road.to_world(station, offset)
     to_x, to_y, _ = road.to_world(*person.way[min(1, len(person.way) - 1)])
-    return Walker(person=person, walks_at_m_s=person.speed_m_s * speed_factor, station_m=station, offset_m=offset,
-                  heading_rad=atan2(to_y - y, to_x - x), x_m=x, y_m=y)
+    return Walker(
+        person=person,
+        walks_at_m_s=person.speed_m_s * speed_factor,
+        station_m=station,
+        offset_m=offset,
+        heading_rad=atan2(to_y - y, to_x - x),
+        x_m=x,
+        y_m=y,
+    )
 
 
 def step_people(people: Sequence[Walker], car: Outline, dt_s: float, road: Road) -> tuple[Walker, ...]:
@@ -87,9 +94,16 @@ def _advance(walker: Walker, distance_m: float, road: Road) -> Walker | None:
     station = to_station if share == 1.0 else walker.station_m + (to_station - walker.station_m) * share
     offset = to_offset if share == 1.0 else walker.offset_m + across * share
     x, y, road_heading = road.to_world(station, offset)
-    return replace(walker, station_m=station, offset_m=offset, x_m=x, y_m=y, speed_m_s=walker.walks_at_m_s,
-                   heading_rad=wrap_angle(road_heading + atan2(across, along)),
-                   phase=(walker.phase + distance_m / STRIDE_M) % 1.0)
+    return replace(
+        walker,
+        station_m=station,
+        offset_m=offset,
+        x_m=x,
+        y_m=y,
+        speed_m_s=walker.walks_at_m_s,
+        heading_rad=wrap_angle(road_heading + atan2(across, along)),
+        phase=(walker.phase + distance_m / STRIDE_M) % 1.0,
+    )
 
 
 def _next_target(walker: Walker) -> Walker | None:
@@ -108,5 +122,6 @@ def _next_target(walker: Walker) -> Walker | None:
 
 
 def seen_by_camera(walker: Walker) -> MovingPerson:
-    return MovingPerson(x_m=walker.x_m, y_m=walker.y_m, heading_rad=walker.heading_rad, speed_m_s=walker.speed_m_s,
-                        phase=walker.phase)
+    return MovingPerson(
+        x_m=walker.x_m, y_m=walker.y_m, heading_rad=walker.heading_rad, speed_m_s=walker.speed_m_s, phase=walker.phase
+    )

@@ -63,10 +63,12 @@ class Car(NamedTuple):
         return self.body.vx_m_s == 0.0 and self.brake_m_s2 >= HOLDING_FROM_M_S2
 
 
-def car_parameters(vehicle: VehicleDescription, chassis_parameters: ChassisParameters,
-                   actuators: ActuatorParameters) -> CarParameters:
-    return CarParameters(chassis(chassis_parameters, vehicle.mass_kg, vehicle.wheelbase_m), actuators,
-                         vehicle.road_wheel_angle_max_rad)
+def car_parameters(
+    vehicle: VehicleDescription, chassis_parameters: ChassisParameters, actuators: ActuatorParameters
+) -> CarParameters:
+    return CarParameters(
+        chassis(chassis_parameters, vehicle.mass_kg, vehicle.wheelbase_m), actuators, vehicle.road_wheel_angle_max_rad
+    )
 
 
 def step(car: Car, demand: Demand | None, dt_s: float, p: CarParameters, controls: Controls = NOBODY) -> Car:
@@ -85,12 +87,13 @@ def step(car: Car, demand: Demand | None, dt_s: float, p: CarParameters, control
     mass = p.chassis.mass_kg
     body = step_body(car.body, angle, drive * mass, max(brake, parked) * mass, dt_s, p.chassis)
     w, d = a.body_frequency_rad_s, 2 * a.body_damping * a.body_frequency_rad_s
-    pitch_rate = car.pitch_rate_rad_s + (
-        w * w * (-a.pitch_per_m_s2 * body.ax_m_s2 - car.pitch_rad) - d * car.pitch_rate_rad_s) * dt_s
-    roll_rate = car.roll_rate_rad_s + (
-        w * w * (a.roll_per_m_s2 * body.ay_m_s2 - car.roll_rad) - d * car.roll_rate_rad_s) * dt_s
-    return Car(body, angle, drive, brake, gear, car.pitch_rad + pitch_rate * dt_s, car.roll_rad + roll_rate * dt_s,
-               pitch_rate, roll_rate)
+    pitch_rate = (
+        car.pitch_rate_rad_s + (w * w * (-a.pitch_per_m_s2 * body.ax_m_s2 - car.pitch_rad) - d * car.pitch_rate_rad_s) * dt_s
+    )
+    roll_rate = car.roll_rate_rad_s + (w * w * (a.roll_per_m_s2 * body.ay_m_s2 - car.roll_rad) - d * car.roll_rate_rad_s) * dt_s
+    return Car(
+        body, angle, drive, brake, gear, car.pitch_rad + pitch_rate * dt_s, car.roll_rad + roll_rate * dt_s, pitch_rate, roll_rate
+    )
 
 
 def _gear(car: Car, demand: Demand | None) -> Gear:
@@ -109,8 +112,11 @@ def _angle(angle_rad: float, demand: Demand | None, controls: Controls, dt_s: fl
     a = p.actuators
     if demand is None:
         return angle_rad
-    rate = ((demand.road_wheel_angle_rad - angle_rad) / max(a.steering_lag_s, dt_s) if not demand.steering_free
-            else controls.driver_torque_nm * a.torque_to_rate_rad_s_nm)
+    rate = (
+        (demand.road_wheel_angle_rad - angle_rad) / max(a.steering_lag_s, dt_s)
+        if not demand.steering_free
+        else controls.driver_torque_nm * a.torque_to_rate_rad_s_nm
+    )
     step_max = a.steering_rate_max_rad_s
     moved = angle_rad + min(max(rate, -step_max), step_max) * dt_s
     return min(max(moved, -p.road_wheel_angle_max_rad), p.road_wheel_angle_max_rad)

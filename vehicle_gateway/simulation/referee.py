@@ -43,8 +43,10 @@ class RefereeState:
 
 
 def obstacles(objects: Sequence[StaticObject], buildings: Sequence[Polygon]) -> tuple[Obstacle, ...]:
-    static = [Obstacle(thing.kind, thing.x_m, thing.y_m, thing.radius_m,
-                       None if thing.kind == "cone" else object_corners(thing)) for thing in objects]
+    static = [
+        Obstacle(thing.kind, thing.x_m, thing.y_m, thing.radius_m, None if thing.kind == "cone" else object_corners(thing))
+        for thing in objects
+    ]
     return (*static, *(_building(polygon) for polygon in buildings))
 
 
@@ -53,24 +55,34 @@ def _building(polygon: Polygon) -> Obstacle:
     return Obstacle("building", x, y, max(hypot(px - x, py - y) for px, py in polygon), polygon)
 
 
-def judge(state: RefereeState, outline: Outline, people: Sequence[Walker], static: Sequence[Obstacle], station_m: float,
-          goal_station_m: float, speed_m_s: float, dt_s: float) -> RefereeState:
+def judge(
+    state: RefereeState,
+    outline: Outline,
+    people: Sequence[Walker],
+    static: Sequence[Obstacle],
+    station_m: float,
+    goal_station_m: float,
+    speed_m_s: float,
+    dt_s: float,
+) -> RefereeState:
     """The verdict after the car moved on by dt_s (made for 50 to 200 Hz)."""
     gaps = dict(_gaps(outline, people, static, state.closest_m))
-    touching = frozenset(name for name, gap in gaps.items()
-                         if gap <= 0.0 or (name in state.touching and gap < APART_M))
+    touching = frozenset(name for name, gap in gaps.items() if gap <= 0.0 or (name in state.touching and gap < APART_M))
     new = sorted(touching - state.touching)
     closest = min(gaps.values(), default=inf)
     goal = station_m >= goal_station_m - GOAL_WITHIN_M and abs(speed_m_s) < GOAL_BELOW_M_S
     return replace(
-        state, collisions=state.collisions + len(new), touching=touching,
+        state,
+        collisions=state.collisions + len(new),
+        touching=touching,
         closest_m=min(state.closest_m, max(closest, 0.0)),
         collided_with=new[-1].partition(" ")[0] if new else state.collided_with,
-        distance_m=state.distance_m + abs(speed_m_s) * dt_s, goal_reached=state.goal_reached or goal)
+        distance_m=state.distance_m + abs(speed_m_s) * dt_s,
+        goal_reached=state.goal_reached or goal,
+    )
 
 
-def _gaps(outline: Outline, people: Sequence[Walker], static: Sequence[Obstacle],
-          closest_m: float) -> list[tuple[str, float]]:
+def _gaps(outline: Outline, people: Sequence[Walker], static: Sequence[Obstacle], closest_m: float) -> list[tuple[str, float]]:
     """(name, gap) of everybody, and of the static things near enough to matter."""
     gaps = [(f"person {i}", point_gap_m(outline, person.x_m, person.y_m) - RADIUS_M) for i, person in enumerate(people)]
     shape = corners(outline)
@@ -85,10 +97,20 @@ def _gaps(outline: Outline, people: Sequence[Walker], static: Sequence[Obstacle]
 
 def report(state: RefereeState, car: Car, road: Road, now_ns: int, elapsed_s: float, near_station_m: float) -> Referee:
     place = road.to_road(car.body.x_m, car.body.y_m, near_station_m)
-    return Referee(stamp_ns=now_ns, elapsed_s=elapsed_s, station_m=place.station_m, offset_m=place.offset_m,
-                   x_m=car.body.x_m, y_m=car.body.y_m, speed_m_s=car.body.vx_m_s, distance_m=state.distance_m,
-                   collisions=state.collisions, collided_with=state.collided_with, goal_reached=state.goal_reached,
-                   closest_m=state.closest_m)
+    return Referee(
+        stamp_ns=now_ns,
+        elapsed_s=elapsed_s,
+        station_m=place.station_m,
+        offset_m=place.offset_m,
+        x_m=car.body.x_m,
+        y_m=car.body.y_m,
+        speed_m_s=car.body.vx_m_s,
+        distance_m=state.distance_m,
+        collisions=state.collisions,
+        collided_with=state.collided_with,
+        goal_reached=state.goal_reached,
+        closest_m=state.closest_m,
+    )
 
 
 def tells_news(before: RefereeState, after: RefereeState) -> bool:

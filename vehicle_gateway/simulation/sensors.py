@@ -76,10 +76,12 @@ def draw_biases(settings: SensorSettings, random: Random) -> Biases:
 
     scale = settings.wheel_scale
     return Biases(
-        acceleration_m_s2=three(settings.imu_acceleration_bias_m_s2), rate_rad_s=three(settings.imu_rate_bias_rad_s),
+        acceleration_m_s2=three(settings.imu_acceleration_bias_m_s2),
+        rate_rad_s=three(settings.imu_rate_bias_rad_s),
         gnss_m=(random.gauss(0, settings.gnss_bias_m), random.gauss(0, settings.gnss_bias_m)),
         wheel_scale=(random.gauss(1, scale), random.gauss(1, scale), random.gauss(1, scale), random.gauss(1, scale)),
-        road_wheel_angle_rad=random.gauss(0, settings.road_wheel_angle_bias_rad))
+        road_wheel_angle_rad=random.gauss(0, settings.road_wheel_angle_bias_rad),
+    )
 
 
 def imu(car: Car, biases: Biases, settings: SensorSettings, random: Random, now_ns: int) -> Imu:
@@ -92,33 +94,44 @@ def imu(car: Car, biases: Biases, settings: SensorSettings, random: Random, now_
         stamp_ns=now_ns,
         acceleration_x_m_s2=car.body.ax_m_s2 - GRAVITY_M_S2 * sin(car.pitch_rad) + random.gauss(bx, noise),
         acceleration_y_m_s2=car.body.ay_m_s2 + GRAVITY_M_S2 * sin(car.roll_rad) + random.gauss(by, noise),
-        acceleration_z_m_s2=(GRAVITY_M_S2 * cos(car.pitch_rad) * cos(car.roll_rad)
-                             + random.gauss(bz, hypot(noise, rough))),
+        acceleration_z_m_s2=(GRAVITY_M_S2 * cos(car.pitch_rad) * cos(car.roll_rad) + random.gauss(bz, hypot(noise, rough))),
         roll_rate_rad_s=car.roll_rate_rad_s + random.gauss(rx, rate_noise),
         pitch_rate_rad_s=car.pitch_rate_rad_s + random.gauss(ry, rate_noise),
-        yaw_rate_rad_s=car.body.yaw_rate_rad_s + random.gauss(rz, rate_noise))
+        yaw_rate_rad_s=car.body.yaw_rate_rad_s + random.gauss(rz, rate_noise),
+    )
 
 
 def gnss(car: Car, biases: Biases, settings: SensorSettings, random: Random, now_ns: int) -> Gnss:
     """Position of the rear axle. The claimed deviation covers noise and bias."""
     body = car.body
-    return Gnss(stamp_ns=now_ns, x_m=body.x_m + random.gauss(biases.gnss_m[0], settings.gnss_m),
-                y_m=body.y_m + random.gauss(biases.gnss_m[1], settings.gnss_m),
-                deviation_m=hypot(settings.gnss_m, settings.gnss_bias_m),
-                heading_rad=wrap_angle(body.heading_rad + random.gauss(0, settings.gnss_heading_rad)),
-                heading_deviation_rad=settings.gnss_heading_rad)
+    return Gnss(
+        stamp_ns=now_ns,
+        x_m=body.x_m + random.gauss(biases.gnss_m[0], settings.gnss_m),
+        y_m=body.y_m + random.gauss(biases.gnss_m[1], settings.gnss_m),
+        deviation_m=hypot(settings.gnss_m, settings.gnss_bias_m),
+        heading_rad=wrap_angle(body.heading_rad + random.gauss(0, settings.gnss_heading_rad)),
+        heading_deviation_rad=settings.gnss_heading_rad,
+    )
 
 
-def wheel_speeds(car: Car, parameters: CarParameters, biases: Biases, settings: SensorSettings, random: Random,
-                 now_ns: int) -> WheelSpeeds:
+def wheel_speeds(
+    car: Car, parameters: CarParameters, biases: Biases, settings: SensorSettings, random: Random, now_ns: int
+) -> WheelSpeeds:
     """A standing wheel gives exactly 0: an encoder without pulses."""
     rolling = wheel_speeds_m_s(car, parameters.chassis, settings.track_m)
     front_left, front_right, rear_left, rear_right = (
         0.0 if speed == 0.0 else speed * scale + random.gauss(0, settings.wheel_m_s)
-        for speed, scale in zip(rolling, biases.wheel_scale, strict=True))
+        for speed, scale in zip(rolling, biases.wheel_scale, strict=True)
+    )
     angle = car.road_wheel_angle_rad + random.gauss(biases.road_wheel_angle_rad, settings.road_wheel_angle_rad)
-    return WheelSpeeds(stamp_ns=now_ns, front_left_m_s=front_left, front_right_m_s=front_right, rear_left_m_s=rear_left,
-                       rear_right_m_s=rear_right, road_wheel_angle_rad=min(max(angle, -0.8), 0.8))
+    return WheelSpeeds(
+        stamp_ns=now_ns,
+        front_left_m_s=front_left,
+        front_right_m_s=front_right,
+        rear_left_m_s=rear_left,
+        rear_right_m_s=rear_right,
+        road_wheel_angle_rad=min(max(angle, -0.8), 0.8),
+    )
 
 
 def things_of(objects: Sequence[StaticObject]) -> tuple[Thing, ...]:
@@ -134,8 +147,9 @@ def _parts(thing: StaticObject) -> list[Thing]:
     return [Thing(thing.kind, thing.x_m - left * s, thing.y_m + left * c, radius) for left in lefts]
 
 
-def object_list(car: Outline, things: Sequence[Thing], buildings: Sequence[Polygon], settings: SensorSettings,
-                random: Random, now_ns: int) -> ObjectList:
+def object_list(
+    car: Outline, things: Sequence[Thing], buildings: Sequence[Polygon], settings: SensorSettings, random: Random, now_ns: int
+) -> ObjectList:
     """One scan: what is in range and not behind a building, in the car's frame, with noise, misses, false objects."""
     ahead = settings.sensor_ahead_m
     eye = (car.x_m + ahead * cos(car.heading_rad), car.y_m + ahead * sin(car.heading_rad))
@@ -150,7 +164,8 @@ def object_list(car: Outline, things: Sequence[Thing], buildings: Sequence[Polyg
 def _visible(eye: tuple[float, float], thing: Thing, buildings: Sequence[Polygon], range_m: float) -> bool:
     place = (thing.x_m, thing.y_m)
     return hypot(place[0] - eye[0], place[1] - eye[1]) <= range_m and all(
-        sees_through(eye, place, building) for building in buildings)
+        sees_through(eye, place, building) for building in buildings
+    )
 
 
 def _missed(eye: tuple[float, float], thing: Thing, settings: SensorSettings, random: Random) -> bool:
@@ -162,15 +177,17 @@ def _detection(car: Outline, thing: Thing, settings: SensorSettings, random: Ran
     ahead, left = to_car(car, thing.x_m, thing.y_m)
     sigma = settings.object_m + settings.object_per_m * hypot(ahead, left)
     kind = "unknown" if random.random() < settings.object_wrong_kind else thing.kind
-    return DetectedObject(x_m=random.gauss(ahead, sigma), y_m=random.gauss(left, sigma),
-                          radius_m=thing.radius_m * random.uniform(0.9, 1.1), kind=kind)
+    return DetectedObject(
+        x_m=random.gauss(ahead, sigma), y_m=random.gauss(left, sigma), radius_m=thing.radius_m * random.uniform(0.9, 1.1), kind=kind
+    )
 
 
 def _false_object(settings: SensorSettings, random: Random) -> DetectedObject:
     """Anywhere in range, evenly over the area."""
     distance, bearing = settings.object_range_m * random.random() ** 0.5, random.uniform(-pi, pi)
-    return DetectedObject(x_m=distance * cos(bearing), y_m=distance * sin(bearing), radius_m=random.uniform(0.1, 0.5),
-                          kind="unknown")
+    return DetectedObject(
+        x_m=distance * cos(bearing), y_m=distance * sin(bearing), radius_m=random.uniform(0.1, 0.5), kind="unknown"
+    )
 
 
 def _poisson(mean: float, random: Random) -> int:

@@ -22,8 +22,7 @@ class Outline(NamedTuple):
 
 
 def outline(vehicle: VehicleDescription, x_m: float, y_m: float, heading_rad: float) -> Outline:
-    return Outline(x_m, y_m, heading_rad, vehicle.length_m - vehicle.rear_overhang_m, vehicle.rear_overhang_m,
-                   vehicle.width_m / 2)
+    return Outline(x_m, y_m, heading_rad, vehicle.length_m - vehicle.rear_overhang_m, vehicle.rear_overhang_m, vehicle.width_m / 2)
 
 
 def to_car(car: Outline, x_m: float, y_m: float) -> Point:
@@ -41,9 +40,15 @@ def point_gap_m(car: Outline, x_m: float, y_m: float) -> float:
 
 def corners(car: Outline) -> tuple[Point, ...]:
     c, s = cos(car.heading_rad), sin(car.heading_rad)
-    return tuple((car.x_m + a * c - b * s, car.y_m + a * s + b * c) for a, b in (
-        (car.front_m, car.half_width_m), (-car.rear_m, car.half_width_m),
-        (-car.rear_m, -car.half_width_m), (car.front_m, -car.half_width_m)))
+    return tuple(
+        (car.x_m + a * c - b * s, car.y_m + a * s + b * c)
+        for a, b in (
+            (car.front_m, car.half_width_m),
+            (-car.rear_m, car.half_width_m),
+            (-car.rear_m, -car.half_width_m),
+            (car.front_m, -car.half_width_m),
+        )
+    )
 
 
 def polygon_gap_m(one: Polygon, other: Polygon) -> float:
@@ -55,8 +60,7 @@ def polygon_gap_m(one: Polygon, other: Polygon) -> float:
 
 def _separated(one: Polygon, other: Polygon) -> bool:
     """Whether an edge of `one` has all of `other` on its outer side (separating axis theorem)."""
-    return any(all((bx - ax) * (y - ay) - (by - ay) * (x - ax) < 0.0 for x, y in other)
-               for (ax, ay), (bx, by) in _edges(one))
+    return any(all((bx - ax) * (y - ay) - (by - ay) * (x - ax) < 0.0 for x, y in other) for (ax, ay), (bx, by) in _edges(one))
 
 
 def _nearest_corner_m(one: Polygon, other: Polygon) -> float:

@@ -50,20 +50,31 @@ from wire.topics import Role
 PERIOD_S = 0.004
 STEP_NS = 1_000_000
 CATCH_UP_MAX = 100  # steps; a machine that was asleep for longer loses the rest
-RATES_HZ = {"can motion": 100, "can rest": 50, "imu": 100, "gnss": 10, "wheel_speeds": 50, "object_list": 10,
-            "world_state": 60, "referee": 10, "car_health": 1}
+RATES_HZ = {
+    "can motion": 100,
+    "can rest": 50,
+    "imu": 100,
+    "gnss": 10,
+    "wheel_speeds": 50,
+    "object_list": 10,
+    "world_state": 60,
+    "referee": 10,
+    "car_health": 1,
+}
 
 
 def run(config: Path, stop: threading.Event) -> int:
     """The simulated car until `stop` is set. Raises ConfigurationError and LinkError at start."""
-    read = read_sections(config, {"wire": WireSettings, "vehicle": VehicleDescription,
-                                  "vehicle_gateway": VehicleGatewaySettings})
+    read = read_sections(config, {"wire": WireSettings, "vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings})
     wire: WireSettings = read["wire"]
     gateway: VehicleGatewaySettings = read["vehicle_gateway"]
     clock, demands = Clock(), Demands()
-    with (_referee_log(wire.session.folder) as log, Outbox(wire.link, Role.SIMULATE, clock) as outbox,
-          open_bus(gateway.can, "actuator", demands.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
-          Pace(PERIOD_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace):
+    with (
+        _referee_log(wire.session.folder) as log,
+        Outbox(wire.link, Role.SIMULATE, clock) as outbox,
+        open_bus(gateway.can, "actuator", demands.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
+        Pace(PERIOD_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace,
+    ):
         simulation = Simulation(read["vehicle"], gateway.simulation, demands, bus, outbox, log, pace)
         for now_ns in pace:
             simulation.cycle(now_ns)
@@ -116,13 +127,22 @@ class Schedule:
 
 
 class Simulation:
-    def __init__(self, vehicle: VehicleDescription, settings: SimulationSettings, demands: Demands, bus: Bus,
-                 outbox: Outbox, log: IO[bytes] | None, pace: Pace) -> None:
+    def __init__(
+        self,
+        vehicle: VehicleDescription,
+        settings: SimulationSettings,
+        demands: Demands,
+        bus: Bus,
+        outbox: Outbox,
+        log: IO[bytes] | None,
+        pace: Pace,
+    ) -> None:
         scenario, map_file = read_scenario(scenario_file(settings.scenario))
         self._settings, self._demands, self._bus = settings, demands, bus
         self._outbox, self._log, self._pace = outbox, log, pace
-        self.stage, self.world = build(scenario, Road(read_map(map_file)), vehicle, settings,
-                                       random.Random(f"{scenario.seed} people"))
+        self.stage, self.world = build(
+            scenario, Road(read_map(map_file)), vehicle, settings, random.Random(f"{scenario.seed} people")
+        )
         self._random = random.Random(f"{scenario.seed} sensors")
         self._biases = sensors.draw_biases(settings.sensors, self._random)
         self._simulated_ns: int | None = None
@@ -173,18 +193,21 @@ class Simulation:
         if schedule.due("imu", now_ns):
             self._outbox.put("imu", sensors.imu(car, biases, settings, rng, now_ns))
         if schedule.due("wheel_speeds", now_ns):
-            self._outbox.put("wheel_speeds", sensors.wheel_speeds(
-                car, self.stage.parameters, biases, settings, rng, now_ns))
+            self._outbox.put("wheel_speeds", sensors.wheel_speeds(car, self.stage.parameters, biases, settings, rng, now_ns))
         if schedule.due("gnss", now_ns):
             self._outbox.put("gnss", sensors.gnss(car, biases, settings, rng, now_ns))
         if schedule.due("object_list", now_ns):
-            self._outbox.put("object_list", sensors.object_list(
-                outline_of(car, self.stage), things_to_see(self.world, self.stage), self.stage.buildings, settings, rng,
-                now_ns))
+            self._outbox.put(
+                "object_list",
+                sensors.object_list(
+                    outline_of(car, self.stage), things_to_see(self.world, self.stage), self.stage.buildings, settings, rng, now_ns
+                ),
+            )
 
     def _tell_verdict(self, now_ns: int) -> None:
-        verdict = referee.report(self.world.referee, self.world.car, self.stage.road, now_ns, self.world.elapsed_s,
-                                 self.world.station_m)
+        verdict = referee.report(
+            self.world.referee, self.world.car, self.stage.road, now_ns, self.world.elapsed_s, self.world.station_m
+        )
         self._outbox.put("referee", verdict)
         if self._log is not None:
             try:

@@ -69,13 +69,18 @@ class Body(NamedTuple):
 
 def chassis(parameters: ChassisParameters, mass_kg: float, wheelbase_m: float) -> Chassis:
     return Chassis(
-        mass_kg=mass_kg, yaw_inertia_kg_m2=parameters.yaw_inertia_kg_m2,
-        front_m=wheelbase_m * (1 - parameters.front_share), rear_m=wheelbase_m * parameters.front_share,
-        gravity_height_m=parameters.gravity_height_m, front_stiffness_n_rad=parameters.front_stiffness_n_rad,
-        rear_stiffness_n_rad=parameters.rear_stiffness_n_rad, friction=parameters.friction,
+        mass_kg=mass_kg,
+        yaw_inertia_kg_m2=parameters.yaw_inertia_kg_m2,
+        front_m=wheelbase_m * (1 - parameters.front_share),
+        rear_m=wheelbase_m * parameters.front_share,
+        gravity_height_m=parameters.gravity_height_m,
+        front_stiffness_n_rad=parameters.front_stiffness_n_rad,
+        rear_stiffness_n_rad=parameters.rear_stiffness_n_rad,
+        friction=parameters.friction,
         rolling_n=parameters.rolling_resistance * mass_kg * GRAVITY_M_S2 * cos(parameters.slope_rad),
         drag_kg_m=parameters.drag_kg_m,
-        slope_n=-mass_kg * GRAVITY_M_S2 * sin(parameters.slope_rad))
+        slope_n=-mass_kg * GRAVITY_M_S2 * sin(parameters.slope_rad),
+    )
 
 
 def fiala(slip_angle_rad: float, stiffness_n_rad: float, grip_n: float) -> float:
@@ -119,8 +124,9 @@ def step_body(body: Body, road_wheel_angle_rad: float, drive_n: float, brake_n: 
         lateral_f = fiala(slip_f, c.front_stiffness_n_rad, _left_over(c.friction * load_f, drive - moving * brake_f))
         lateral_r = fiala(slip_r, c.rear_stiffness_n_rad, _left_over(c.friction * load_r, brake_r))
         dynamic_vy = (lateral_f * cos_d + (drive - moving * brake_f) * sin_d + lateral_r) / c.mass_kg - vx * r
-        dynamic_r = (c.front_m * (lateral_f * cos_d + (drive - moving * brake_f) * sin_d)
-                     - c.rear_m * lateral_r) / c.yaw_inertia_kg_m2
+        dynamic_r = (
+            c.front_m * (lateral_f * cos_d + (drive - moving * brake_f) * sin_d) - c.rear_m * lateral_r
+        ) / c.yaw_inertia_kg_m2
         vy_rate += weight * (dynamic_vy - vy_rate)
         r_rate += weight * (dynamic_r - r_rate)
 
@@ -136,9 +142,17 @@ def step_body(body: Body, road_wheel_angle_rad: float, drive_n: float, brake_n: 
     forward = (vx_next - vx) / dt_s
     rear_vy = vy - c.rear_m * r
     cos_h, sin_h = cos(heading), sin(heading)
-    return Body(x + (vx * cos_h - rear_vy * sin_h) * dt_s, y + (vx * sin_h + rear_vy * cos_h) * dt_s,
-                heading + r * dt_s, vx_next, vy_next, r_next, forward,
-                forward - rear_vy * r, (vy_next - vy - c.rear_m * (r_next - r)) / dt_s + vx * r)
+    return Body(
+        x + (vx * cos_h - rear_vy * sin_h) * dt_s,
+        y + (vx * sin_h + rear_vy * cos_h) * dt_s,
+        heading + r * dt_s,
+        vx_next,
+        vy_next,
+        r_next,
+        forward,
+        forward - rear_vy * r,
+        (vy_next - vy - c.rear_m * (r_next - r)) / dt_s + vx * r,
+    )
 
 
 def _axle_loads(forward_m_s2: float, c: Chassis) -> tuple[float, float]:

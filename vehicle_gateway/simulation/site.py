@@ -50,8 +50,7 @@ def _cone_places(site: Site, road: Road) -> list[tuple[float, float]]:
     tapered = max(1, ceil(site.taper_m / site.cone_spacing_m)) if site.taper_m > 0 else 0
     along = max(1, ceil(site.length_m / site.cone_spacing_m))
     step = site.length_m / along
-    taper = [(site.station_m - site.taper_m * (1 - i / tapered), outer + (inner - outer) * i / tapered)
-             for i in range(tapered)]
+    taper = [(site.station_m - site.taper_m * (1 - i / tapered), outer + (inner - outer) * i / tapered) for i in range(tapered)]
     # half a step off the barriers, which reach to the same edge
     line = [(site.station_m + (i + 0.5) * step, inner) for i in range(along)]
     return [(station, road.own_side * offset) for station, offset in taper + line]
@@ -59,15 +58,31 @@ def _cone_places(site: Site, road: Road) -> list[tuple[float, float]]:
 
 def _cone(road: Road, station_m: float, offset_m: float) -> StaticObject:
     x, y, heading = road.to_world(station_m, offset_m)
-    return StaticObject(kind="cone", x_m=x, y_m=y, heading_rad=heading, length_m=CONE_WIDTH_M, width_m=CONE_WIDTH_M,
-                        height_m=CONE_HEIGHT_M, radius_m=CONE_WIDTH_M / 2)
+    return StaticObject(
+        kind="cone",
+        x_m=x,
+        y_m=y,
+        heading_rad=heading,
+        length_m=CONE_WIDTH_M,
+        width_m=CONE_WIDTH_M,
+        height_m=CONE_HEIGHT_M,
+        radius_m=CONE_WIDTH_M / 2,
+    )
 
 
 def _barrier(road: Road, station_m: float) -> StaticObject:
     length = road.map.lane_width_m - 2 * EDGE_M
     x, y, heading = road.to_world(station_m, road.own_lane_offset_m)
-    return StaticObject(kind="barrier", x_m=x, y_m=y, heading_rad=heading, length_m=length, width_m=BARRIER_WIDTH_M,
-                        height_m=BARRIER_HEIGHT_M, radius_m=hypot(length, BARRIER_WIDTH_M) / 2)
+    return StaticObject(
+        kind="barrier",
+        x_m=x,
+        y_m=y,
+        heading_rad=heading,
+        length_m=length,
+        width_m=BARRIER_WIDTH_M,
+        height_m=BARRIER_HEIGHT_M,
+        radius_m=hypot(length, BARRIER_WIDTH_M) / 2,
+    )
 
 
 def object_corners(thing: StaticObject) -> Corners:
@@ -84,5 +99,4 @@ def building_corners(building: Building, road: Road) -> Corners:
 
 def _rectangle(x_m: float, y_m: float, heading_rad: float, along_m: float, across_m: float) -> Corners:
     c, s, a, b = cos(heading_rad), sin(heading_rad), along_m / 2, across_m / 2
-    return tuple((x_m + c * ahead - s * left, y_m + s * ahead + c * left)
-                 for ahead, left in ((a, b), (-a, b), (-a, -b), (a, -b)))
+    return tuple((x_m + c * ahead - s * left, y_m + s * ahead + c * left) for ahead, left in ((a, b), (-a, b), (-a, -b), (a, -b)))

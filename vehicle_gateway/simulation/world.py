@@ -53,21 +53,29 @@ class World:
     controls: Controls = NOBODY  # of the person in the driver's seat
 
 
-def build(scenario: Scenario, road: Road, vehicle: VehicleDescription, settings: SimulationSettings,
-          random: Random) -> tuple[Stage, World]:
+def build(
+    scenario: Scenario, road: Road, vehicle: VehicleDescription, settings: SimulationSettings, random: Random
+) -> tuple[Stage, World]:
     """The stage, and the world at the start: the car in its lane, brakes closed, everybody at the first way point.
 
     random  draws each person's pace
     """
     objects = site_objects(scenario, road)
     buildings = tuple(building_corners(building, road) for building in scenario.buildings)
-    stage = Stage(vehicle=vehicle, parameters=car_parameters(vehicle, settings.chassis, settings.actuators), road=road,
-                  buildings=buildings, static_things=things_of(objects), obstacles=obstacles(objects, buildings))
+    stage = Stage(
+        vehicle=vehicle,
+        parameters=car_parameters(vehicle, settings.chassis, settings.actuators),
+        road=road,
+        buildings=buildings,
+        static_things=things_of(objects),
+        obstacles=obstacles(objects, buildings),
+    )
     start = scenario.start
     x, y, heading = road.to_world(start.station_m, road.own_lane_offset_m)
     car = Car(body=Body(x, y, heading, start.speed_m_s), brake_m_s2=settings.actuators.self_closing_m_s2)
-    return stage, World(car=car, people=people_at_start(scenario.people, road, random), referee=RefereeState(),
-                        station_m=start.station_m)
+    return stage, World(
+        car=car, people=people_at_start(scenario.people, road, random), referee=RefereeState(), station_m=start.station_m
+    )
 
 
 def advance(world: World, stage: Stage, demand: Demand | None, steps: int) -> World:
@@ -75,8 +83,13 @@ def advance(world: World, stage: Stage, demand: Demand | None, steps: int) -> Wo
     car = world.car
     for _ in range(steps):
         car = step(car, demand, STEP_S, stage.parameters, world.controls)
-    world = replace(world, car=car, elapsed_s=world.elapsed_s + steps * STEP_S, lights=demand or world.lights,
-                    steps_since_look=world.steps_since_look + steps)
+    world = replace(
+        world,
+        car=car,
+        elapsed_s=world.elapsed_s + steps * STEP_S,
+        lights=demand or world.lights,
+        steps_since_look=world.steps_since_look + steps,
+    )
     return _look_round(world, stage) if world.steps_since_look >= LOOK_ROUND_STEPS else world
 
 
@@ -117,7 +130,14 @@ def report_of(world: World) -> PlantReport:
 def as_cameras_see_it(world: World, now_ns: int) -> WorldState:
     car, body, lights = world.car, world.car.body, world.lights
     return WorldState(
-        stamp_ns=now_ns, car=Pose(x_m=body.x_m, y_m=body.y_m, heading_rad=wrap_angle(body.heading_rad)),
-        speed_m_s=body.vx_m_s, road_wheel_angle_rad=car.road_wheel_angle_rad, pitch_rad=car.pitch_rad,
-        roll_rad=car.roll_rad, indicators=Indicators.OFF if lights.hazard else lights.indicators, hazard=lights.hazard,
-        brake_lights=car.brake_m_s2 >= BRAKE_LIGHTS_FROM_M_S2, people=tuple(seen_by_camera(p) for p in world.people))
+        stamp_ns=now_ns,
+        car=Pose(x_m=body.x_m, y_m=body.y_m, heading_rad=wrap_angle(body.heading_rad)),
+        speed_m_s=body.vx_m_s,
+        road_wheel_angle_rad=car.road_wheel_angle_rad,
+        pitch_rad=car.pitch_rad,
+        roll_rad=car.roll_rad,
+        indicators=Indicators.OFF if lights.hazard else lights.indicators,
+        hazard=lights.hazard,
+        brake_lights=car.brake_m_s2 >= BRAKE_LIGHTS_FROM_M_S2,
+        people=tuple(seen_by_camera(p) for p in world.people),
+    )

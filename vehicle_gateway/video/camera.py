@@ -29,8 +29,7 @@ _SECOND_NS = 1_000_000_000
 class CameraLoop:
     """run() on its own thread; status() and health() from any other."""
 
-    def __init__(self, calibration: CameraCalibration, source: Source, encoder: Encoder, clock: Clock,
-                 deliver: Deliver) -> None:
+    def __init__(self, calibration: CameraCalibration, source: Source, encoder: Encoder, clock: Clock, deliver: Deliver) -> None:
         self.calibration = calibration
         self.encoder = encoder
         self._source, self._clock, self._deliver = source, clock, deliver
@@ -54,8 +53,13 @@ class CameraLoop:
         stamp = Stamp(self._freshness.capture_ns, self._freshness.pictures & 0xFFFFFFFF)
         unit = self.encoder.encode(picture.frame, now_ns)
         ready_ns = self._clock.now_ns()
-        coded = EncodedPicture(camera=self.calibration.name, capture_ns=stamp.capture_ns, sequence=stamp.sequence,
-                               is_idr=unit.is_idr, annex_b=stamp_nal(stamp) + unit.annex_b)
+        coded = EncodedPicture(
+            camera=self.calibration.name,
+            capture_ns=stamp.capture_ns,
+            sequence=stamp.sequence,
+            is_idr=unit.is_idr,
+            annex_b=stamp_nal(stamp) + unit.annex_b,
+        )
         self._deliver(coded, ready_ns)
         self._encoded.append((ready_ns, len(coded.annex_b), ready_ns - now_ns))
         self._previous, self._previous_ns = picture, now_ns
@@ -68,13 +72,24 @@ class CameraLoop:
         recent = [entry for entry in tuple(self._encoded) if now_ns - entry[0] <= _SECOND_NS]
         state = self._freshness
         return CameraStatus(
-            stamp_ns=now_ns, camera=self.calibration.name, source=self._source.kind,
+            stamp_ns=now_ns,
+            camera=self.calibration.name,
+            source=self._source.kind,
             live=self._source.is_camera and state.pictures > 0 and now_ns - state.capture_ns <= _LIVE_NS,
-            newest_capture_ns=state.capture_ns, frames=state.pictures, repeated=state.repeated,
+            newest_capture_ns=state.capture_ns,
+            frames=state.pictures,
+            repeated=state.repeated,
             bitrate_kbps=sum(size for _, size, _ in recent) * 8 / 1000,
-            encode_ms=sum(spent for _, _, spent in recent) / 1e6 / len(recent) if recent else 0.0, watching=watching)
+            encode_ms=sum(spent for _, _, spent in recent) / 1e6 / len(recent) if recent else 0.0,
+            watching=watching,
+        )
 
     def health(self, process: str, now_ns: int) -> LoopHealth:
         dropped = {"pictures skipped": self._source.skipped, "source lost": self._source.losses}
-        return self._lateness.health(process, f"camera {self.calibration.name}", now_ns, "other",
-                                     {reason: count for reason, count in dropped.items() if count})
+        return self._lateness.health(
+            process,
+            f"camera {self.calibration.name}",
+            now_ns,
+            "other",
+            {reason: count for reason, count in dropped.items() if count},
+        )

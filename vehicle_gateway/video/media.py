@@ -132,8 +132,7 @@ def open_container(choice: SourceChoice, calibration: CameraCalibration) -> Any:
     """The opened input. Raises av.FFmpegError or OSError."""
     timeout = (_OPEN_TIMEOUT_S, _READ_TIMEOUT_S)
     if choice.kind == "v4l2":
-        options = {"video_size": f"{calibration.width_px}x{calibration.height_px}",
-                   "framerate": f"{calibration.frame_rate_hz:g}"}
+        options = {"video_size": f"{calibration.width_px}x{calibration.height_px}", "framerate": f"{calibration.frame_rate_hz:g}"}
         return av.open(choice.place, format="v4l2", options=options, timeout=timeout)
     if choice.kind == "rtsp":
         options = {"rtsp_transport": "tcp", "fflags": "nobuffer", "flags": "low_delay", "max_delay": "0"}

@@ -38,8 +38,9 @@ class SenderLink(Protocol):
 class VideoSender:
     """Running cameras. `sessions` serves the watcher."""
 
-    def __init__(self, link: SenderLink, loops: list[CameraLoop], sessions: VideoSessions, clock: Clock,
-                 workers: list["Future[None]"]) -> None:
+    def __init__(
+        self, link: SenderLink, loops: list[CameraLoop], sessions: VideoSessions, clock: Clock, workers: list["Future[None]"]
+    ) -> None:
         self.sessions = sessions
         self._link, self._loops, self._clock, self._workers = link, loops, clock, workers
 
@@ -66,8 +67,13 @@ class VideoSender:
 
 
 @contextmanager
-def video_sender(link: SenderLink, calibrations: tuple[CameraCalibration, ...], sources: Mapping[str, Source],
-                 settings: VideoSettings, clock: Clock) -> Iterator[VideoSender]:
+def video_sender(
+    link: SenderLink,
+    calibrations: tuple[CameraCalibration, ...],
+    sources: Mapping[str, Source],
+    settings: VideoSettings,
+    clock: Clock,
+) -> Iterator[VideoSender]:
     """Start everything; leaving the context stops the threads and closes the session and the sources."""
     halt = threading.Event()
     with ExitStack() as stack:
@@ -79,8 +85,10 @@ def video_sender(link: SenderLink, calibrations: tuple[CameraCalibration, ...], 
         stack.callback(sessions.close)
         link.serve("video_session", sessions.answer)
         deliver = partial(_deliver, link, sessions)
-        cameras = [CameraLoop(calibration, sources[calibration.name], encoders[calibration.name], clock, deliver)
-                   for calibration in calibrations]
+        cameras = [
+            CameraLoop(calibration, sources[calibration.name], encoders[calibration.name], clock, deliver)
+            for calibration in calibrations
+        ]
         pool = stack.enter_context(ThreadPoolExecutor(max(len(cameras), 1), thread_name_prefix="camera"))
         stack.callback(halt.set)
         yield VideoSender(link, cameras, sessions, clock, [pool.submit(camera.run, halt) for camera in cameras])

@@ -18,8 +18,16 @@ from wire.picture import EncodedPicture
 
 log = logging.getLogger(__name__)
 _ANSWER_TIMEOUT_S = 1.5  # gathering takes some 20 ms; the window waits 2 s
-_UNREADABLE = (OperationError, InvalidAccessError, InvalidStateError, ValueError, LookupError, AttributeError,
-               TypeError, AssertionError)  # what aiortc raises on an SDP it cannot use
+_UNREADABLE = (
+    OperationError,
+    InvalidAccessError,
+    InvalidStateError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    AssertionError,
+)  # what aiortc raises on an SDP it cannot use
 
 
 class OfferRefused(Exception):

@@ -25,13 +25,20 @@ def choose_sources(settings: VideoSettings, vehicle: VehicleDescription) -> dict
     names = [camera.name for camera in vehicle.cameras]
     for camera in settings.sources:
         if camera not in names:
-            raise ConfigurationError(f"[vehicle_gateway.video] sources.{camera}: this car has no such camera; "
-                                     f"[[vehicle.cameras]] names {', '.join(names) or 'none'}")
+            raise ConfigurationError(
+                f"[vehicle_gateway.video] sources.{camera}: this car has no such camera; "
+                f"[[vehicle.cameras]] names {', '.join(names) or 'none'}"
+            )
     return {name: parse_source(settings.sources[name]) if name in settings.sources else _SIMULATED for name in names}
 
 
-def open_sources(choices: Mapping[str, SourceChoice], vehicle: VehicleDescription, clock: Clock, link: SourceLink,
-                 renderer: Callable[[CameraCalibration], Renderer]) -> dict[str, Source]:
+def open_sources(
+    choices: Mapping[str, SourceChoice],
+    vehicle: VehicleDescription,
+    clock: Clock,
+    link: SourceLink,
+    renderer: Callable[[CameraCalibration], Renderer],
+) -> dict[str, Source]:
     """Every source, opened but not yet running. Raises ConfigurationError that names the camera and the fix.
 
     renderer  makes the renderer of one simulated camera; called only for those
@@ -46,8 +53,9 @@ def open_sources(choices: Mapping[str, SourceChoice], vehicle: VehicleDescriptio
     return sources
 
 
-def _simulated(calibration: CameraCalibration, link: SourceLink,
-               renderer: Callable[[CameraCalibration], Renderer]) -> SimulatedSource:
+def _simulated(
+    calibration: CameraCalibration, link: SourceLink, renderer: Callable[[CameraCalibration], Renderer]
+) -> SimulatedSource:
     size = calibration.width_px, calibration.height_px
     source = SimulatedSource(renderer(calibration), *size, calibration.frame_rate_hz)
     link.on("world_state", source.put)

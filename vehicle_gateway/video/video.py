@@ -48,6 +48,7 @@ def run(config: Path, stop: threading.Event) -> int:
 
 def _renderers(scenario_name: str, vehicle: VehicleDescription) -> Callable[[CameraCalibration], Renderer]:
     """Makes the renderer of one simulated camera. The scenario is read when the first is made: a real car has none."""
+
     def renderer(calibration: CameraCalibration) -> Renderer:
         path = Path(scenario_name)
         scenario, map_path = read_scenario(path if path.is_file() else shipped("scenarios", scenario_name))

@@ -137,7 +137,7 @@ class _Roofs:
         """Between the first two corners."""
         if self._facing[number]:
             first = self._ends[number]
-            line_in_space(canvas, view, self._camera[first:first + 2], self._colours[number])
+            line_in_space(canvas, view, self._camera[first : first + 2], self._colours[number])
 
 
 def _walls(corners_m: Floats) -> list[tuple[Floats, Floats, float]]:
@@ -161,8 +161,9 @@ def _building(house: Building, road: Road, style: Style, stucco: Floats, random:
         return Block(corners, *_gable(corners, house.height_m, style), (), 1e4), panels
     top = np.concatenate((corners, np.full((4, 1), house.height_m)), axis=1)
     down = np.array([0.0, 0.0, -1.0])
-    edges = tuple(Face.of(np.stack((b, a, a + down)), shaded(style.wall, 0.8))
-                  for a, b in zip(top, np.roll(top, -1, axis=0), strict=True))
+    edges = tuple(
+        Face.of(np.stack((b, a, a + down)), shaded(style.wall, 0.8)) for a, b in zip(top, np.roll(top, -1, axis=0), strict=True)
+    )
     return Block(corners, (), (), edges, 1e4), panels
 
 
@@ -179,15 +180,27 @@ def _gable(corners_m: Floats, height_m: float, style: Style) -> tuple[tuple[Face
     def at(place: Floats, z: float) -> list[float]:
         return [float(place[0]), float(place[1]), z]
 
-    slopes = [np.array([at(p - across * s + e * along, low), at(q - across * s - e * along, low),
-                        at(top_q - e * along, high), at(top_p + e * along, high)])
-              for p, q, top_p, top_q, s, e in ((a, b, ridge_a, ridge_b, 1, -1), (c, d, ridge_b, ridge_a, -1, 1))]
-    ends = [np.array([at(b, height_m), at(c, height_m), at(ridge_b, high)]),
-            np.array([at(d, height_m), at(a, height_m), at(ridge_a, high)])]
+    slopes = [
+        np.array(
+            [
+                at(p - across * s + e * along, low),
+                at(q - across * s - e * along, low),
+                at(top_q - e * along, high),
+                at(top_p + e * along, high),
+            ]
+        )
+        for p, q, top_p, top_q, s, e in ((a, b, ridge_a, ridge_b, 1, -1), (c, d, ridge_b, ridge_a, -1, 1))
+    ]
+    ends = [
+        np.array([at(b, height_m), at(c, height_m), at(ridge_b, high)]),
+        np.array([at(d, height_m), at(a, height_m), at(ridge_a, high)]),
+    ]
     outward = [atan2(-(q - p)[0], (q - p)[1]) for p, q in ((b, c), (d, a))]
     lights = [0.72 + 0.3 * sunlight(atan2(-(q - p)[0], (q - p)[1])) for p, q in ((a, b), (c, d))]
-    eaves = tuple(_eave([at(p - across * s, low), at(q - across * s, low)], [at(p, low), at(q, low)], style)
-                  for p, q, s in ((a, b, 1), (c, d, -1)))
+    eaves = tuple(
+        _eave([at(p - across * s, low), at(q - across * s, low)], [at(p, low), at(q, low)], style)
+        for p, q, s in ((a, b, 1), (c, d, -1))
+    )
     triangles = tuple(Face.of(end, shaded(style.wall, 0.97 * sunlight(way))) for end, way in zip(ends, outward, strict=True))
     faces = triangles + tuple(Face.of(slope, shaded(style.roof, light)) for slope, light in zip(slopes, lights, strict=True))
     return faces, eaves
@@ -219,5 +232,9 @@ def _hedge(piece: Hedge, road: Road, leaves: list[Picture]) -> tuple[Block, list
 def _hedge_corners(road: Road, piece: Hedge) -> Floats:
     beyond = piece.offset_m + (HEDGE_DEPTH_M if piece.offset_m > 0 else -HEDGE_DEPTH_M)
     right, left = min(piece.offset_m, beyond), max(piece.offset_m, beyond)
-    return np.array([road.to_world(s, o)[:2] for s, o in ((piece.last_m, left), (piece.first_m, left),
-                                                          (piece.first_m, right), (piece.last_m, right))])
+    return np.array(
+        [
+            road.to_world(s, o)[:2]
+            for s, o in ((piece.last_m, left), (piece.first_m, left), (piece.first_m, right), (piece.last_m, right))
+        ]
+    )

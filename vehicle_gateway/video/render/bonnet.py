@@ -28,7 +28,7 @@ class Bonnet:
         self.first_row = int(used[0]) if len(used) else view.height_px
         full = np.flatnonzero((cover == 255).all(axis=1))
         self.hides_from_row = int(full[0]) if len(full) else view.height_px  # every row from here on is bonnet alone
-        self._picture = np.ascontiguousarray(picture[self.first_row:])
+        self._picture = np.ascontiguousarray(picture[self.first_row :])
         self._solid = np.where(self._picture[..., 3] == 255, 255, 0).astype(np.uint8)
         rim = (self._picture[..., 3] > 0) & (self._picture[..., 3] < 255)
         self._rim = np.nonzero(rim)
@@ -44,7 +44,7 @@ class Bonnet:
 
     def draw(self, canvas: Picture) -> None:
         """Over everything else."""
-        part = canvas[self.first_row:]
+        part = canvas[self.first_row :]
         if not part.size:
             return
         if len(self._rim[0]):
@@ -80,7 +80,7 @@ def _paint(view: View, vehicle: VehicleDescription) -> Picture:
     pixels = view.to_pixels(safe)
     for i in reversed(range(STEPS - 1)):
         for j in range(STEPS - 1):
-            if camera[i:i + 2, j:j + 2, 2].min() < NEAR_M:
+            if camera[i : i + 2, j : j + 2, 2].min() < NEAR_M:
                 continue
             quad = fixed(np.array([pixels[i, j], pixels[i, j + 1], pixels[i + 1, j + 1], pixels[i + 1, j]]))
             cv2.fillConvexPoly(picture, quad, (*colours[i, j], 255.0), cv2.LINE_AA, 4)

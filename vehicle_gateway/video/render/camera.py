@@ -123,8 +123,12 @@ class SimulatedCamera:
         self._cones.look(view, cones)
         people_m = np.array([(person.x_m, person.y_m, 0.0) for person in world.people]).reshape(-1, 3)
         people = _ahead(view, people_m)
-        groups = ((lamps, self._lamps.feet_m, LAMP_SIZE_M), (cones, self._cones.feet_m, CONE_SIZE_M),
-                  (np.arange(len(self._cutouts)), self._cutouts_m, CUTOUT_SIZE_M), (people, people_m, PERSON_SIZE_M))
+        groups = (
+            (lamps, self._lamps.feet_m, LAMP_SIZE_M),
+            (cones, self._cones.feet_m, CONE_SIZE_M),
+            (np.arange(len(self._cutouts)), self._cutouts_m, CUTOUT_SIZE_M),
+            (people, people_m, PERSON_SIZE_M),
+        )
         feet = np.concatenate([places[numbers] for numbers, places, _ in groups])
         sizes = np.concatenate([np.broadcast_to(size, (len(numbers), 2)) for numbers, _, size in groups])
         draws = [partial(self._lamps.draw, canvas, i) for i in lamps.tolist()]
@@ -171,8 +175,10 @@ def _boxes(view: View, feet_m: Floats, sizes_m: Floats) -> list[Box | None]:
     u, v = view.to_pixels(np.where(beside[:, None], (0.0, 0.0, 1.0), camera)).T
     wide, tall = sizes_m[:, 0] * scale, sizes_m[:, 1] * scale
     corners = np.stack((np.clip(u - wide, 0, view.width_px), v - tall, np.clip(u + wide, 0, view.width_px), v), axis=1)
-    return [None if near else (x0, y0, x1 + 1, y1) for near, (x0, y0, x1, y1)
-            in zip(beside.tolist(), corners.astype(np.int64).tolist(), strict=True)]
+    return [
+        None if near else (x0, y0, x1 + 1, y1)
+        for near, (x0, y0, x1, y1) in zip(beside.tolist(), corners.astype(np.int64).tolist(), strict=True)
+    ]
 
 
 def _horizon_rows(view: View) -> tuple[float, float]:

@@ -48,8 +48,9 @@ def sunlight(outward_rad: float) -> float:
     return IN_SHADE + (IN_SUN - IN_SHADE) * sqrt(max(0.0, x * cos(outward_rad) + y * sin(outward_rad)))
 
 
-def facade(style: Style, length_m: float, height_m: float, light: float, has_door: bool, stucco: Floats,
-           random: np.random.Generator) -> Picture:
+def facade(
+    style: Style, length_m: float, height_m: float, light: float, has_door: bool, stucco: Floats, random: np.random.Generator
+) -> Picture:
     """A wall with its windows, (rows, columns, 4); row 0 is the top. `stucco`: what `plaster` gave."""
     wall = _bare(style, length_m, height_m, stucco, random)
     count = max(1, int((length_m - 0.8) / style.spacing_m))
@@ -87,11 +88,13 @@ def _bare(style: Style, length_m: float, height_m: float, stucco: Floats, random
     """Plaster or brick and the plinth."""
     rows, columns = round(height_m / TEXEL_M), round(length_m / TEXEL_M)
     top, left = (int(random.integers(max(1, have - need))) for have, need in zip(stucco.shape, (rows, columns), strict=True))
-    light = np.resize(stucco[top:top + rows, left:left + columns], (rows, columns)).astype(np.float32)
+    light = np.resize(stucco[top : top + rows, left : left + columns], (rows, columns)).astype(np.float32)
     if style.brick:
         course = np.arange(rows) // 3
-        light += 0.05 * random.standard_normal((int(course[-1]) + 1, columns // 8 + 1), dtype=np.float32)[
-            course][:, np.arange(columns) // 8]
+        light += (
+            0.05
+            * random.standard_normal((int(course[-1]) + 1, columns // 8 + 1), dtype=np.float32)[course][:, np.arange(columns) // 8]
+        )
         light[np.arange(rows) % 3 == 0] -= 0.07
     light *= np.linspace(1.03, 0.94, rows, dtype=np.float32)[:, None]
     tone = cv2.convertScaleAbs(light, alpha=200.0)  # bytes from here on: walls are many
@@ -106,7 +109,7 @@ def _box(wall: Picture, left_m: float, right_m: float, low_m: float, high_m: flo
     rows = wall.shape[0]
     x0, x1 = round(left_m / TEXEL_M), round(right_m / TEXEL_M)
     y0, y1 = rows - round(high_m / TEXEL_M), rows - round(low_m / TEXEL_M)
-    wall[max(0, y0):max(0, y1), max(0, x0):max(0, x1)] = colour
+    wall[max(0, y0) : max(0, y1), max(0, x0) : max(0, x1)] = colour
 
 
 def _window(wall: Picture, style: Style, middle_m: float, low_m: float, random: np.random.Generator) -> None:
@@ -128,7 +131,7 @@ def _window(wall: Picture, style: Style, middle_m: float, low_m: float, random: 
 def _glass(wall: Picture, left_m: float, right_m: float, low_m: float, high_m: float, random: np.random.Generator) -> None:
     """Reflects the sky above and the street below."""
     rows = wall.shape[0]
-    part = wall[rows - round(high_m / TEXEL_M):rows - round(low_m / TEXEL_M), round(left_m / TEXEL_M):round(right_m / TEXEL_M)]
+    part = wall[rows - round(high_m / TEXEL_M) : rows - round(low_m / TEXEL_M), round(left_m / TEXEL_M) : round(right_m / TEXEL_M)]
     if part.size:
         down = np.linspace(0, 1, part.shape[0])[:, None, None]
         top = np.array([176.0, 146.0, 112.0]) * random.uniform(0.55, 1.05)

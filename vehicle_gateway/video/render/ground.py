@@ -90,8 +90,9 @@ class Hidden:
             return []
         cuts = np.flatnonzero(np.diff(open_cells) > SHORTEST_CUT_CELLS)
         firsts, lasts = open_cells[[0, *(cuts + 1)]], open_cells[[*cuts, -1]] + 1
-        return [slice(a * self.cell_px, min(b * self.cell_px, width_px))
-                for a, b in zip(firsts.tolist(), lasts.tolist(), strict=True)]
+        return [
+            slice(a * self.cell_px, min(b * self.cell_px, width_px)) for a, b in zip(firsts.tolist(), lasts.tolist(), strict=True)
+        ]
 
 
 class Ground:
@@ -111,10 +112,12 @@ class Ground:
         for band, texels in zip(all_bands, _footprints(rows, columns, all_bands, self._sheet), strict=True):
             i, j, texture = self._reduced.pick(*texels)
             lines = slice(band.at, band.at + band.lines)
-            map_x, map_y = (_widen(places[lines] * np.float32(0.5**halvings) - np.float32(0.5), band, view.width_px)
-                            for places, halvings in ((columns, j), (rows, i)))
+            map_x, map_y = (
+                _widen(places[lines] * np.float32(0.5**halvings) - np.float32(0.5), band, view.width_px)
+                for places, halvings in ((columns, j), (rows, i))
+            )
             for run in hidden.runs(band, view.width_px):
-                _sample(canvas[band.first:band.last, run], band, texture, map_x[:, run], map_y[:, run])
+                _sample(canvas[band.first : band.last, run], band, texture, map_x[:, run], map_y[:, run])
         _haze(canvas, view, all_bands)
 
     def _places(self, view: View, v_px: Floats, station_m: float) -> tuple[Floats, Floats]:
@@ -158,8 +161,8 @@ def _footprints(rows: Floats, columns: Floats, all_bands: list[Band], sheet: She
 def _widen(grid: Floats, band: Band, width_px: int) -> Floats:
     """A band's lines of the grid -> one value per sampled pixel, linear between; the outermost cells lie outside the picture."""
     size = (grid.shape[1] * CELL_PX, grid.shape[0] * band.step)
-    wide = np.asarray(cv2.resize(grid, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32)[:, CELL_PX:CELL_PX + width_px]
-    return wide if band.step == 1 else wide[band.step:band.step + band.last - band.first]
+    wide = np.asarray(cv2.resize(grid, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32)[:, CELL_PX : CELL_PX + width_px]
+    return wide if band.step == 1 else wide[band.step : band.step + band.last - band.first]
 
 
 def _sample(target: Picture, band: Band, texture: Picture, map_x: Floats, map_y: Floats) -> None:
@@ -182,4 +185,4 @@ def _haze(canvas: Picture, view: View, all_bands: list[Band]) -> None:
     for row in range(first, last):
         distance = float(view.position_m[2]) * view.focal_px / max(row + 0.5 - horizon, 0.5)
         haze = min(HAZE_MOST, 1 - exp(-max(distance - 40.0, 0.0) / HAZE_LENGTH_M))
-        cv2.addWeighted(canvas[row:row + 1], 1 - haze, colour, haze, 0.0, dst=canvas[row:row + 1])
+        cv2.addWeighted(canvas[row : row + 1], 1 - haze, colour, haze, 0.0, dst=canvas[row : row + 1])

@@ -13,11 +13,12 @@ def smooth(random: np.random.Generator, rows: int, columns: int, cell_rows: floa
     tall, wide = rows / r, columns / c
     fine = cv2.resize(coarse, (round((c + 4) * wide), round((r + 4) * tall)), interpolation=cv2.INTER_CUBIC)
     top, left = round(2 * tall), round(2 * wide)
-    return np.asarray(fine[top:top + rows, left:left + columns]) * np.float32(1.3)
+    return np.asarray(fine[top : top + rows, left : left + columns]) * np.float32(1.3)
 
 
-def fractal(random: np.random.Generator, rows: int, columns: int, cell_rows: float, cell_columns: float,
-            octaves: int, gain: float = 0.5) -> Floats:
+def fractal(
+    random: np.random.Generator, rows: int, columns: int, cell_rows: float, cell_columns: float, octaves: int, gain: float = 0.5
+) -> Floats:
     """A sum of `octaves` of smooth noise, each half as large and `gain` as strong; deviation about 1."""
     total = np.zeros((rows, columns), dtype=np.float32)
     weight, square = 1.0, 0.0

@@ -61,8 +61,9 @@ class Cover:
     ground_gap: list[tuple[int, int]]  # no ground in the rows [first, last)
 
 
-def seen(boxes: list[tuple[int, int, int, int] | None], walls_px: list[Wall | None],
-         width_px: int, height_px: int) -> tuple[list[bool], Cover]:
+def seen(
+    boxes: list[tuple[int, int, int, int] | None], walls_px: list[Wall | None], width_px: int, height_px: int
+) -> tuple[list[bool], Cover]:
     """Which of the things, listed far to near, are not wholly covered by upright walls in front of them; and what else is.
 
     boxes     rectangle x0, y0, x1, y1 each lies in; None: always seen
@@ -76,7 +77,7 @@ def seen(boxes: list[tuple[int, int, int, int] | None], walls_px: list[Wall | No
         box = boxes[k]
         if box is not None:
             x0, y0, x1, _ = box
-            result[k] = max(sky_to[x0 // CELL_PX:-(-x1 // CELL_PX)], default=0) > y0
+            result[k] = max(sky_to[x0 // CELL_PX : -(-x1 // CELL_PX)], default=0) > y0
         wall = walls_px[k]
         if result[k] and wall is not None and wall[0] == wall[0]:
             _cover(sky_to, gap, wall)

@@ -46,8 +46,14 @@ class Job:
             cv2.fillConvexPoly(canvas, self.outline, self.colour, cv2.LINE_AA, SHIFT)
             return
         x0, y0, x1, y1 = self.box
-        cv2.warpPerspective(self.texture, self.to_texture, (x1 - x0, y1 - y0), dst=canvas[y0:y1, x0:x1],
-                            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_TRANSPARENT)
+        cv2.warpPerspective(
+            self.texture,
+            self.to_texture,
+            (x1 - x0, y1 - y0),
+            dst=canvas[y0:y1, x0:x1],
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+            borderMode=cv2.BORDER_TRANSPARENT,
+        )
 
 
 class Panels:
@@ -100,11 +106,33 @@ class Panels:
         outlines = fixed(np.nan_to_num(pixels))
         area = (places[:, 2] - places[:, 0]) * (places[:, 3] - places[:, 1])
         flat = ((area < FLAT_BELOW_PX2) & ~np.isnan(pixels[:, 0, 0])).tolist()
-        lists = zip(self._numbers[picked].tolist(), i.tolist(), j.tolist(), first.tolist(), last.tolist(), matrices,
-                    places.tolist(), _covers(pixels).tolist(), outlines, flat, strict=True)
-        jobs = [(self._owners[number], Job(self._copies[number][a, b][:, low:high], matrix, tuple(box), tuple(top), outline,
-                                           self._colours[number] if is_flat else None))
-                for number, a, b, low, high, matrix, box, top, outline, is_flat in lists]
+        lists = zip(
+            self._numbers[picked].tolist(),
+            i.tolist(),
+            j.tolist(),
+            first.tolist(),
+            last.tolist(),
+            matrices,
+            places.tolist(),
+            _covers(pixels).tolist(),
+            outlines,
+            flat,
+            strict=True,
+        )
+        jobs = [
+            (
+                self._owners[number],
+                Job(
+                    self._copies[number][a, b][:, low:high],
+                    matrix,
+                    tuple(box),
+                    tuple(top),
+                    outline,
+                    self._colours[number] if is_flat else None,
+                ),
+            )
+            for number, a, b, low, high, matrix, box, top, outline, is_flat in lists
+        ]
         order: dict[int, list[Job]] = {}
         for k in np.argsort(-np.linalg.norm(camera_m.mean(axis=1), axis=1)).tolist():
             owner, job = jobs[k]
@@ -117,8 +145,9 @@ def _covers(pixels: Floats) -> Floats:
     (u0, v0), (u1, v1), (u2, v2), (u3, v3) = (pixels[:, k].T for k in range(4))
     left, right = np.maximum(u0, u3), np.minimum(u1, u2)  # a leaning camera shifts one edge over the other
     rise, fall = (v1 - v0) / np.maximum(u1 - u0, 1e-6), (v2 - v3) / np.maximum(u2 - u3, 1e-6)
-    return np.stack((left, v0 + rise * (left - u0), v3 + fall * (left - u3),
-                     right, v0 + rise * (right - u0), v3 + fall * (right - u3)), axis=1)
+    return np.stack(
+        (left, v0 + rise * (left - u0), v3 + fall * (left - u3), right, v0 + rise * (right - u0), v3 + fall * (right - u3)), axis=1
+    )
 
 
 def _mean(texture: Picture) -> Colour:

@@ -140,16 +140,20 @@ def _repairs(texture: Picture, sheet: Sheet, edges: Edges, random: np.random.Gen
         _crack(texture, sheet, ends, 12, 0.10, random)
 
 
-def _patch(texture: Picture, sheet: Sheet, stations_m: tuple[float, float], offsets_m: tuple[float, float],
-           factor: float) -> None:
+def _patch(texture: Picture, sheet: Sheet, stations_m: tuple[float, float], offsets_m: tuple[float, float], factor: float) -> None:
     seam = 0.03
-    _shade(texture, _rows(sheet, stations_m[0] - 0.05, stations_m[1] + 0.05),
-           _columns(sheet, offsets_m[0] - seam, offsets_m[1] + seam), 0.66)
+    _shade(
+        texture,
+        _rows(sheet, stations_m[0] - 0.05, stations_m[1] + 0.05),
+        _columns(sheet, offsets_m[0] - seam, offsets_m[1] + seam),
+        0.66,
+    )
     _shade(texture, _rows(sheet, *stations_m), _columns(sheet, *offsets_m), factor / 0.66)
 
 
-def _crack(texture: Picture, sheet: Sheet, ends: list[tuple[float, float]], steps: int, wander_m: float,
-           random: np.random.Generator) -> None:
+def _crack(
+    texture: Picture, sheet: Sheet, ends: list[tuple[float, float]], steps: int, wander_m: float, random: np.random.Generator
+) -> None:
     along = np.linspace(0, 1, steps)[:, None]
     path = np.array(ends[0]) * (1 - along) + np.array(ends[1]) * along
     path += wander_m * np.cumsum(random.standard_normal((steps, 2)), axis=0) / steps**0.5
@@ -169,15 +173,20 @@ def _iron(texture: Picture, sheet: Sheet, edges: Edges, random: np.random.Genera
             inner, outer = side * (edges.kerb_m - 0.45), side * (edges.kerb_m - 0.08)
             texture[_rows(sheet, float(station), float(station) + 0.5), _columns(sheet, inner, outer), :3] = 46
             for slot in np.arange(0.0, 0.5, 0.1):
-                texture[_rows(sheet, float(station) + slot, float(station) + slot + 0.05),
-                        _columns(sheet, inner + side * 0.04, outer - side * 0.04), :3] = 78
+                texture[
+                    _rows(sheet, float(station) + slot, float(station) + slot + 0.05),
+                    _columns(sheet, inner + side * 0.04, outer - side * 0.04),
+                    :3,
+                ] = 78
 
 
-def _disc(texture: Picture, sheet: Sheet, station_m: float, offset_m: float, radius_m: float,
-          colour: tuple[int, int, int, int]) -> None:
+def _disc(
+    texture: Picture, sheet: Sheet, station_m: float, offset_m: float, radius_m: float, colour: tuple[int, int, int, int]
+) -> None:
     turn = np.linspace(0, 2 * np.pi, 28, endpoint=False)
-    points = sheet.texels((station_m + radius_m * np.sin(turn)).astype(np.float32),
-                          (offset_m + radius_m * np.cos(turn)).astype(np.float32))
+    points = sheet.texels(
+        (station_m + radius_m * np.sin(turn)).astype(np.float32), (offset_m + radius_m * np.cos(turn)).astype(np.float32)
+    )
     cv2.fillPoly(texture, [np.round(points * 16).astype(np.int32)], colour, cv2.LINE_AA, 4)
 
 
@@ -199,8 +208,9 @@ def _markings(texture: Picture, sheet: Sheet, edges: Edges, random: np.random.Ge
     wear = np.clip(1.0 + 0.20 * fractal(random, TILE_ROWS, 64, 14, 12, 3), 0.55, 1.0)
     for side in (-1.0, 1.0):
         middle = side * (edges.kerb_m - EDGE_LINE_M - KERB_FACE_M)
-        _line(texture, _rows(sheet, sheet.first_station_m, sheet.last_station_m),
-              _columns(sheet, middle - half, middle + half), wear)
+        _line(
+            texture, _rows(sheet, sheet.first_station_m, sheet.last_station_m), _columns(sheet, middle - half, middle + half), wear
+        )
     for station in dash_starts(sheet.first_station_m, sheet.last_station_m):
         _line(texture, _rows(sheet, station, station + DASH_M), _columns(sheet, -half, half), wear)
 

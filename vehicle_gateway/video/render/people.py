@@ -36,8 +36,16 @@ class Looks:
     has_bag: bool
 
 
-_SHIRTS = ((52.0, 52.0, 186.0), (150.0, 92.0, 40.0), (222.0, 222.0, 218.0), (60.0, 120.0, 70.0), (44.0, 166.0, 222.0),
-           (60.0, 56.0, 54.0), (150.0, 110.0, 170.0), (168.0, 160.0, 70.0))
+_SHIRTS = (
+    (52.0, 52.0, 186.0),
+    (150.0, 92.0, 40.0),
+    (222.0, 222.0, 218.0),
+    (60.0, 120.0, 70.0),
+    (44.0, 166.0, 222.0),
+    (60.0, 56.0, 54.0),
+    (150.0, 110.0, 170.0),
+    (168.0, 160.0, 70.0),
+)
 _TROUSERS = ((92.0, 66.0, 46.0), (48.0, 46.0, 46.0), (120.0, 140.0, 156.0), (76.0, 70.0, 66.0), (110.0, 84.0, 60.0))
 _SKINS = ((150.0, 178.0, 222.0), (120.0, 152.0, 200.0), (80.0, 108.0, 156.0), (52.0, 72.0, 110.0))
 _HAIRS = ((30.0, 34.0, 42.0), (44.0, 66.0, 96.0), (90.0, 150.0, 190.0), (120.0, 120.0, 122.0))
@@ -51,8 +59,18 @@ def dress(count: int, seed: int) -> list[Looks]:
     def one_of(choices: tuple[Colour, ...]) -> Colour:
         return choices[int(random.integers(len(choices)))]
 
-    return [Looks(random.uniform(0.93, 1.06), _SHIRTS[shirts[i % len(_SHIRTS)]], one_of(_TROUSERS), (40.0, 40.0, 44.0),
-                  one_of(_SKINS), one_of(_HAIRS), bool(random.random() < 0.4)) for i in range(count)]
+    return [
+        Looks(
+            random.uniform(0.93, 1.06),
+            _SHIRTS[shirts[i % len(_SHIRTS)]],
+            one_of(_TROUSERS),
+            (40.0, 40.0, 44.0),
+            one_of(_SKINS),
+            one_of(_HAIRS),
+            bool(random.random() < 0.4),
+        )
+        for i in range(count)
+    ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +90,11 @@ def limbs(phase: float, speed_m_s: float, looks: Looks) -> list[Limb]:
     parts = []
     for leg in legs:
         hip, knee, ankle, toe = ((x, y, z + rise) for x, y, z in leg)
-        parts += [Limb(hip, knee, 0.085, 0.062, looks.trousers), Limb(knee, ankle, 0.062, 0.045, looks.trousers),
-                  Limb((ankle[0] - 0.04, ankle[1], ankle[2] - 0.03), toe, 0.045, 0.035, looks.shoes)]
+        parts += [
+            Limb(hip, knee, 0.085, 0.062, looks.trousers),
+            Limb(knee, ankle, 0.062, 0.045, looks.trousers),
+            Limb((ankle[0] - 0.04, ankle[1], ankle[2] - 0.03), toe, 0.045, 0.035, looks.shoes),
+        ]
     shoulder_z = 1.40 + rise
     for half, side in ((0.5, 1.0), (0.0, -1.0)):
         parts += _arm(2 * pi * (phase + half), swing, side * SHOULDER_HALF_M, shoulder_z, looks)
@@ -101,8 +122,11 @@ def _arm(angle: float, swing: float, y_m: float, z_m: float, looks: Looks) -> li
     elbow = (UPPER_ARM_M * sin(upper), out, z_m - UPPER_ARM_M * cos(upper))
     hand = (elbow[0] + FOREARM_M * sin(fore), out, elbow[2] - FOREARM_M * cos(fore))
     tip = (hand[0] + 0.07 * sin(fore), out, hand[2] - 0.07 * cos(fore))
-    return [Limb((0.0, y_m, z_m), elbow, 0.058, 0.048, looks.shirt), Limb(elbow, hand, 0.046, 0.036, looks.shirt),
-            Limb(hand, tip, 0.036, 0.034, looks.skin)]
+    return [
+        Limb((0.0, y_m, z_m), elbow, 0.058, 0.048, looks.shirt),
+        Limb(elbow, hand, 0.046, 0.036, looks.shirt),
+        Limb(hand, tip, 0.036, 0.034, looks.skin),
+    ]
 
 
 Patch = tuple[Floats, Colour]  # a convex polygon in pixels
@@ -130,7 +154,7 @@ def _patches(view: View, person: MovingPerson, looks: Looks, detailed: bool) -> 
     camera = view.to_camera(_in_map(places * looks.scale, person))
     count = len(parts)
     radii = np.array([(part.start_radius_m, part.end_radius_m) for part in parts]) * looks.scale
-    ends = camera[:2 * count].reshape(-1, 2, 3)
+    ends = camera[: 2 * count].reshape(-1, 2, 3)
     limb_patches = _limbs(_capsules(view, ends, radii), parts, detailed)
     depth = ends[:, :, 2].mean(axis=1)
     torso_m = float(camera[2 * count, 2])
@@ -139,14 +163,20 @@ def _patches(view: View, person: MovingPerson, looks: Looks, detailed: bool) -> 
     for i in np.argsort(-depth).tolist():
         is_near_arm = i >= count - ARM_PARTS and depth[i] <= torso_m  # legs end under the shirt
         (before if is_near_arm else behind).extend(limb_patches[i])
-    return behind + _torso_and_head(view, camera[2 * count:], person, looks, detailed) + before
+    return behind + _torso_and_head(view, camera[2 * count :], person, looks, detailed) + before
 
 
 def _trunk(parts: list[Limb]) -> list[tuple[float, float, float]]:
     """Middle of the chest, waist, hips, neck and head; and the bag on the back."""
     hip = parts[0].start_m[2]
-    return [(0.0, 0.0, hip + 0.47), (0.0, 0.0, hip + 0.22), (0.0, 0.0, hip - 0.06), (0.01, 0.0, hip + 0.58),
-            (0.03, 0.0, hip + 0.72), (-0.17, 0.0, hip + 0.34)]
+    return [
+        (0.0, 0.0, hip + 0.47),
+        (0.0, 0.0, hip + 0.22),
+        (0.0, 0.0, hip - 0.06),
+        (0.01, 0.0, hip + 0.58),
+        (0.03, 0.0, hip + 0.72),
+        (-0.17, 0.0, hip + 0.34),
+    ]
 
 
 def _in_map(places_m: Floats, person: MovingPerson) -> Floats:
@@ -164,8 +194,9 @@ def _capsules(view: View, camera_m: Floats, radii_m: Floats) -> Floats:
     way = pixels[:, 1] - pixels[:, 0]
     turn = np.arctan2(way[:, 1], way[:, 0])[:, None] + _HALF_TURN
     front = np.stack((np.cos(turn), np.sin(turn)), axis=-1)
-    outline = np.concatenate((pixels[:, 1, None] + radii[:, 1, None, None] * front,
-                              pixels[:, 0, None] - radii[:, 0, None, None] * front), axis=1)
+    outline = np.concatenate(
+        (pixels[:, 1, None] + radii[:, 1, None, None] * front, pixels[:, 0, None] - radii[:, 0, None, None] * front), axis=1
+    )
     outline[~visible] = np.nan
     return outline
 
@@ -196,8 +227,13 @@ def _torso_and_head(view: View, camera_m: Floats, person: MovingPerson, looks: L
     bag = _oval(pixels[5], 0.15 * per_m[5], 0.21 * per_m[5], shaded(looks.trousers, 0.7))
     neck = _oval(pixels[3], 0.055 * per_m[3], 0.09 * per_m[3], shaded(looks.skin, 0.78))
     bag_is_behind = ahead[2] < 0.2
-    return [*([bag] if looks.has_bag and bag_is_behind else []), *_torso(pixels, per_m, abs(ahead[2]), looks, detailed),
-            *([bag] if looks.has_bag and not bag_is_behind else []), neck, *_head(pixels[4], per_m[4], ahead, looks, detailed)]
+    return [
+        *([bag] if looks.has_bag and bag_is_behind else []),
+        *_torso(pixels, per_m, abs(ahead[2]), looks, detailed),
+        *([bag] if looks.has_bag and not bag_is_behind else []),
+        neck,
+        *_head(pixels[4], per_m[4], ahead, looks, detailed),
+    ]
 
 
 # half widths of chest, waist and hips: seen from the front, from the side
@@ -209,9 +245,20 @@ def _torso(pixels: Floats, per_m: list[float], broad: float, looks: Looks, detai
     (x0, y0), (x1, y1), (x2, y2) = pixels[:3].tolist()
     w0, w1, w2 = (((b * broad) ** 2 + d * d * (1 - broad * broad)) ** 0.5 * per_m[k] for k, (b, d) in enumerate(_BROAD_M))
     drop = 0.09 * per_m[0]
-    outline = np.array([(x0 + 0.55 * w0, y0 - 0.9 * drop), (x0 + 0.92 * w0, y0 - 0.3 * drop), (x0 + w0, y0 + 0.5 * drop),
-                        (x1 + w1, y1), (x2 + w2, y2), (x2 - w2, y2), (x1 - w1, y1), (x0 - w0, y0 + 0.5 * drop),
-                        (x0 - 0.92 * w0, y0 - 0.3 * drop), (x0 - 0.55 * w0, y0 - 0.9 * drop)])
+    outline = np.array(
+        [
+            (x0 + 0.55 * w0, y0 - 0.9 * drop),
+            (x0 + 0.92 * w0, y0 - 0.3 * drop),
+            (x0 + w0, y0 + 0.5 * drop),
+            (x1 + w1, y1),
+            (x2 + w2, y2),
+            (x2 - w2, y2),
+            (x1 - w1, y1),
+            (x0 - w0, y0 + 0.5 * drop),
+            (x0 - 0.92 * w0, y0 - 0.3 * drop),
+            (x0 - 0.55 * w0, y0 - 0.9 * drop),
+        ]
+    )
     if not detailed:
         return [(outline, shaded(looks.shirt, 0.92))]
     middle = np.array([(x0 + x2) / 2, (y0 + y2) / 2])
@@ -226,8 +273,11 @@ def _head(middle_px: Floats, per_m: float, ahead: list[float], looks: Looks, det
     if not detailed:
         return [hair, _oval(middle_px + (0.0, 0.02 * per_m), 0.075 * per_m, 0.09 * per_m, looks.skin)]
     face = middle_px + (ahead[0] * 0.035 * per_m, 0.022 * per_m)
-    return [hair, _oval(face, 0.073 * per_m, 0.097 * per_m, shaded(looks.skin, 0.86)),
-            _oval(face + (0.012 * per_m, -0.004 * per_m), 0.056 * per_m, 0.083 * per_m, looks.skin)]
+    return [
+        hair,
+        _oval(face, 0.073 * per_m, 0.097 * per_m, shaded(looks.skin, 0.86)),
+        _oval(face + (0.012 * per_m, -0.004 * per_m), 0.056 * per_m, 0.083 * per_m, looks.skin),
+    ]
 
 
 _CIRCLE = np.stack((np.cos(np.arange(14) * (2 * pi / 14)), np.sin(np.arange(14) * (2 * pi / 14))), axis=1)

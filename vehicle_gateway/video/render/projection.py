@@ -30,9 +30,13 @@ def rotation(heading_rad: float, pitch_rad: float, roll_rad: float) -> Floats:
     """(3, 3) matrix from the turned frame to the frame it is turned in: Rz(heading) Ry(pitch) Rx(roll)."""
     ch, sh, cp, sp = cos(heading_rad), sin(heading_rad), cos(pitch_rad), sin(pitch_rad)
     cr, sr = cos(roll_rad), sin(roll_rad)
-    return np.array([[ch * cp, ch * sp * sr - sh * cr, ch * sp * cr + sh * sr],
-                     [sh * cp, sh * sp * sr + ch * cr, sh * sp * cr - ch * sr],
-                     [-sp, cp * sr, cp * cr]])
+    return np.array(
+        [
+            [ch * cp, ch * sp * sr - sh * cr, ch * sp * cr + sh * sr],
+            [sh * cp, sh * sp * sr + ch * cr, sh * sp * cr - ch * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 _OPTICAL = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])  # rows: right, down, forward of a body frame
@@ -76,8 +80,9 @@ def view_of(calibration: CameraCalibration, pose: Pose, pitch_rad: float = 0.0, 
     return View(calibration.focal_length_px, calibration.width_px, calibration.height_px, position, _OPTICAL @ mounted.T)
 
 
-def project(calibration: CameraCalibration, pose: Pose, pitch_rad: float, roll_rad: float,
-            points_m: ArrayLike) -> tuple[Floats, Floats]:
+def project(
+    calibration: CameraCalibration, pose: Pose, pitch_rad: float, roll_rad: float, points_m: ArrayLike
+) -> tuple[Floats, Floats]:
     """Where points (N, 3) of the map frame appear: pixels (N, 2) and depth along the optical axis (N,) in metres.
 
     A point nearer than NEAR_M or behind the camera has NaN pixels.

@@ -33,8 +33,9 @@ class RoadFrame:
     def __init__(self, road: Road) -> None:
         self._pieces: list[_Piece] = []
         starts = [0.0, *accumulate(segment.length_m for segment in road.map.segments)]
-        stretches = [(start, segment.length_m, segment.curvature_1_m)
-                     for start, segment in zip(starts, road.map.segments, strict=False)]
+        stretches = [
+            (start, segment.length_m, segment.curvature_1_m) for start, segment in zip(starts, road.map.segments, strict=False)
+        ]
         if stretches[0][2] != 0.0:  # a road that starts or ends in a bend goes straight on from there
             stretches.insert(0, (-BEHIND_M, BEHIND_M, 0.0))
         if stretches[-1][2] != 0.0:
@@ -43,15 +44,20 @@ class RoadFrame:
             x, y, heading = road.to_world(start)
             self._pieces.append(_Piece(start, length, curvature, x, y, heading, i == 0, i == len(stretches) - 1))
 
-    def to_road(self, x_m: Floats, y_m: Floats, origin_m: tuple[float, float] = (0.0, 0.0),
-                near_station_m: float | None = None) -> tuple[Floats, Floats]:
+    def to_road(
+        self, x_m: Floats, y_m: Floats, origin_m: tuple[float, float] = (0.0, 0.0), near_station_m: float | None = None
+    ) -> tuple[Floats, Floats]:
         """station_m and offset_m of points, in arrays of any one shape.
 
         x_m, y_m        map frame, relative to `origin_m` (keeps single precision exact far from the map's origin)
         near_station_m  only the road around this station is looked at
         """
-        around = [piece for piece in self._pieces if near_station_m is None or (
-            piece.station_m + piece.length_m > near_station_m - BEHIND_M and piece.station_m < near_station_m + AHEAD_M)]
+        around = [
+            piece
+            for piece in self._pieces
+            if near_station_m is None
+            or (piece.station_m + piece.length_m > near_station_m - BEHIND_M and piece.station_m < near_station_m + AHEAD_M)
+        ]
         first, *others = around or self._pieces[-1:]
         station, offset, beside = _on_piece(first, x_m, y_m, origin_m)
         distance = np.where(beside, np.abs(offset), np.float32(np.inf))

@@ -76,8 +76,11 @@ def plant(scenario: Scenario, road: Road) -> Scenery:
 
 def _gaps(scenario: Scenario, road: Road, side: float) -> list[tuple[float, float]]:
     """Stretches (first, last station) of one side with no building near the sidewalk."""
-    taken = sorted((house.station_m - house.length_m / 2, house.station_m + house.length_m / 2)
-                   for house in scenario.buildings if house.offset_m * side > 0)
+    taken = sorted(
+        (house.station_m - house.length_m / 2, house.station_m + house.length_m / 2)
+        for house in scenario.buildings
+        if house.offset_m * side > 0
+    )
     gaps, at = [], -BEFORE_M
     for first, last in taken:
         if first > at:
@@ -137,8 +140,12 @@ def _far_trees(scenario: Scenario, road: Road, side: float, random: np.random.Ge
     for station in np.arange(-BEFORE_M, road.length_m + AFTER_M, FAR_TREE_SPACING_M):
         at = float(station) + random.uniform(-4.0, 4.0)
         offset = side * (_verge_m(road) + random.uniform(11.0, 20.0))
-        inside = any(house.offset_m * side > 0 and abs(at - house.station_m) < house.length_m / 2 + 4.0
-                     and abs(offset) < abs(house.offset_m) + house.depth_m + 4.0 for house in scenario.buildings)
+        inside = any(
+            house.offset_m * side > 0
+            and abs(at - house.station_m) < house.length_m / 2 + 4.0
+            and abs(offset) < abs(house.offset_m) + house.depth_m + 4.0
+            for house in scenario.buildings
+        )
         if not inside:
             trees.append(_tree(road, at, offset, random.uniform(8.0, 13.0), random))
     return trees

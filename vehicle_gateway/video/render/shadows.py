@@ -29,8 +29,9 @@ def shadow_offset_m(height_m: float) -> tuple[float, float]:
     return -x * reach, -y * reach
 
 
-def cast(texture: Picture, sheet: Sheet, road: Road, scenario: Scenario, scenery: Scenery,
-         objects: tuple[StaticObject, ...], seed: int) -> None:
+def cast(
+    texture: Picture, sheet: Sheet, road: Road, scenario: Scenario, scenery: Scenery, objects: tuple[StaticObject, ...], seed: int
+) -> None:
     """Darken the painted sheet in place."""
     shade = np.zeros((sheet.rows, sheet.columns), np.uint8)
     frame = RoadFrame(road)
@@ -72,8 +73,9 @@ def _tree(tree: Tree, random: np.random.Generator) -> list[Floats]:
     middle = foot + shadow_offset_m(tree.height_m * 0.6)
     turn = np.linspace(0, 2 * np.pi, 9, endpoint=False)
     disc = np.stack((np.cos(turn), np.sin(turn)), axis=1)
-    heap = [middle + random.normal(0.0, tree.height_m * 0.11, 2) + disc * tree.height_m * random.uniform(0.08, 0.16)
-            for _ in range(9)]
+    heap = [
+        middle + random.normal(0.0, tree.height_m * 0.11, 2) + disc * tree.height_m * random.uniform(0.08, 0.16) for _ in range(9)
+    ]
     return [*heap, _hull(np.concatenate((foot + _POST_M, middle + _POST_M)))]
 
 

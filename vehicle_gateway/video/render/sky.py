@@ -36,12 +36,15 @@ def panorama(seed: int) -> Picture:
     for skyline in _SKYLINES:
         _skyline(land, *skyline, random)
     whole[-LAND_ROWS:] = to_bytes(land)
-    return np.ascontiguousarray(np.concatenate((whole, whole[:, :COLUMNS // 2]), axis=1))
+    return np.ascontiguousarray(np.concatenate((whole, whole[:, : COLUMNS // 2]), axis=1))
 
 
 # height of the silhouette in rows, its roughness, colour (BGR), share of haze at its foot
-_SKYLINES = ((34.0, 0.2, (198.0, 180.0, 160.0), 0.45), (23.0, 0.5, (160.0, 160.0, 138.0), 0.45),
-             (19.0, 1.0, (96.0, 118.0, 100.0), 0.30))
+_SKYLINES = (
+    (34.0, 0.2, (198.0, 180.0, 160.0), 0.45),
+    (23.0, 0.5, (160.0, 160.0, 138.0), 0.45),
+    (19.0, 1.0, (96.0, 118.0, 100.0), 0.30),
+)
 
 
 def _air(elevation_rad: Floats) -> Floats:
@@ -70,8 +73,9 @@ def _clouds(picture: Floats, elevation_rad: Floats, random: np.random.Generator)
     picture += (tint - picture) * (cover * 0.9)[..., None].astype(np.float32)
 
 
-def _skyline(land: Floats, height_rows: float, rough: float, colour: tuple[float, float, float], haze: float,
-             random: np.random.Generator) -> None:
+def _skyline(
+    land: Floats, height_rows: float, rough: float, colour: tuple[float, float, float], haze: float, random: np.random.Generator
+) -> None:
     """A silhouette on the horizon: hills when smooth, trees when rough."""
     swell = fractal(random, 2, COLUMNS, 2, 420, 3)[0] * 0.28
     crowns = fractal(random, 2, COLUMNS, 2, 22, 3)[0] * 0.16 * rough
@@ -102,8 +106,14 @@ class Sky:
             columns = slice(first, last)
             for rows, way in ((slice(0, min(soft, needed)), cv2.INTER_NEAREST), (slice(soft, needed), cv2.INTER_LINEAR)):
                 if rows.start < rows.stop:
-                    cv2.remap(self._panorama, x[rows, columns], y[rows, columns], way, dst=canvas[rows, columns],
-                              borderMode=cv2.BORDER_REPLICATE)
+                    cv2.remap(
+                        self._panorama,
+                        x[rows, columns],
+                        y[rows, columns],
+                        way,
+                        dst=canvas[rows, columns],
+                        borderMode=cv2.BORDER_REPLICATE,
+                    )
 
 
 def _strips(width_px: int, end_row: int, sky_to: list[int] | None) -> list[tuple[int, int, int]]:
@@ -139,4 +149,4 @@ def _places(view: View, end_row: int) -> tuple[Floats, Floats]:
 def _widen(grid: Floats, rows: int, width_px: int) -> Floats:
     size = (grid.shape[1] * CELL_PX, grid.shape[0] * ROW_STEP_PX)
     wide = cv2.resize(grid.astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(wide[ROW_STEP_PX:ROW_STEP_PX + rows, CELL_PX:CELL_PX + width_px])
+    return np.asarray(wide[ROW_STEP_PX : ROW_STEP_PX + rows, CELL_PX : CELL_PX + width_px])

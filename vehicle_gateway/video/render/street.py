@@ -64,7 +64,7 @@ class Cones:
         width = abs(int(rings[0, -1, 0]) - int(rings[0, 0, 0])) >> SHIFT
         for low, high, (_, colour) in zip(rings[:-1], rings[1:], _SLICES, strict=False):
             for a, b, light in _STRIPS if width > DETAIL_PX else ((0, 8, 1.0),):
-                _fill(canvas, np.concatenate((low[a:b + 1], high[b:a - 1 if a else None:-1])), shaded(colour, light))
+                _fill(canvas, np.concatenate((low[a : b + 1], high[b : a - 1 if a else None : -1])), shaded(colour, light))
 
 
 def _pixels(view: View, points_m: Floats) -> Corners:
@@ -91,10 +91,21 @@ class Lamps:
         right = np.broadcast_to(view.axes[0] * (1.0, 1.0, 0.0), feet.shape)
         up = np.array([0.0, 0.0, 1.0])
         top, end = feet + LAMP_HEIGHT_M * up, feet + ARM_M * arms + (LAMP_HEIGHT_M + ARM_RISE_M) * up
-        shapes = [_strip(feet, top, right, 0.075, 0.045), _strip(feet, top, right, 0.030, 0.018),
-                  _strip(feet, feet + 0.7 * up, right, 0.11, 0.10), _strip(top, end, np.broadcast_to(up, feet.shape), 0.035, 0.03),
-                  np.stack((end - 0.1 * arms + 0.05 * up, end + 0.6 * arms + 0.09 * up, end + 0.6 * arms - 0.01 * up,
-                            end - 0.1 * arms - 0.05 * up), axis=1)]
+        shapes = [
+            _strip(feet, top, right, 0.075, 0.045),
+            _strip(feet, top, right, 0.030, 0.018),
+            _strip(feet, feet + 0.7 * up, right, 0.11, 0.10),
+            _strip(top, end, np.broadcast_to(up, feet.shape), 0.035, 0.03),
+            np.stack(
+                (
+                    end - 0.1 * arms + 0.05 * up,
+                    end + 0.6 * arms + 0.09 * up,
+                    end + 0.6 * arms - 0.01 * up,
+                    end - 0.1 * arms - 0.05 * up,
+                ),
+                axis=1,
+            ),
+        ]
         self._px = np.zeros((len(self.feet_m), 5, 4, 2), np.int32)
         self._px[numbers] = _pixels(view, np.stack(shapes, axis=1))
 
@@ -104,5 +115,7 @@ class Lamps:
 
 
 def _strip(low_m: Floats, high_m: Floats, across: Floats, low_half_m: float, high_half_m: float) -> Floats:
-    return np.stack((low_m - across * low_half_m, low_m + across * low_half_m, high_m + across * high_half_m,
-                     high_m - across * high_half_m), axis=1)
+    return np.stack(
+        (low_m - across * low_half_m, low_m + across * low_half_m, high_m + across * high_half_m, high_m - across * high_half_m),
+        axis=1,
+    )

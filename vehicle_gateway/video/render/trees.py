@@ -77,8 +77,17 @@ def _trunks(foot_px: Floats, top_px: Floats) -> Floats:
     across = np.stack((-up[:, 1], up[:, 0]), axis=1)  # of the tree's height, to the right in the picture
     shapes = []
     for left_low, right_low, left_high, right_high in ((-0.022, 0.022, -0.012, 0.012), (0.003, 0.021, 0.002, 0.011)):
-        shapes.append(np.stack((foot_px + across * left_low, foot_px + across * right_low,
-                                foot_px + 0.5 * up + across * right_high, foot_px + 0.5 * up + across * left_high), axis=1))
+        shapes.append(
+            np.stack(
+                (
+                    foot_px + across * left_low,
+                    foot_px + across * right_low,
+                    foot_px + 0.5 * up + across * right_high,
+                    foot_px + 0.5 * up + across * left_high,
+                ),
+                axis=1,
+            )
+        )
     return np.stack(shapes, axis=1)
 
 
