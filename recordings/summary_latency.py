@@ -88,7 +88,7 @@ def _first_with_event(commands: Sequence[CommandRow]) -> dict[int, list[CommandR
     found: dict[int, list[CommandRow]] = {}
     previous_event_ns = -1
     for command in commands:
-        if command.event_ns != previous_event_ns:
+        if command.event_ns != previous_event_ns and command.event_ns > 0:  # 0: the device has not moved yet
             found.setdefault(command.sequence, []).append(command)
         previous_event_ns = command.event_ns
     return found

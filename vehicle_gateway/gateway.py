@@ -17,6 +17,7 @@ from vehicle_gateway.can.bus import Bus, open_bus
 from vehicle_gateway.can.codec import encode_command
 from vehicle_gateway.cycle import step
 from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
+from vehicle_gateway.journal import Entry, Journal
 from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file, recall
 from vehicle_gateway.reports import status_of, vehicle_state_of
 from vehicle_gateway.settings import VehicleGatewaySettings
@@ -25,7 +26,7 @@ from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
 from wire.messages.operating import ClockPing, ClockPong
-from wire.messages.vehicle import GatewayCycle, Mode, VehicleDescription
+from wire.messages.vehicle import Mode, VehicleDescription
 from wire.pace import Lateness, raise_priority
 from wire.settings import WireSettings
 from wire.topics import Role
@@ -48,8 +49,11 @@ def run(config: Path, stop: threading.Event) -> int:
     boot_id = secrets.token_hex(8)
     with Memory(file) as memory, open_link(wire.link, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
         inbox = Inbox(link, boot_id)
-        with open_bus(settings.can, "vehicle", inbox.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus:
-            gateway = Gateway(link, bus, inbox, memory, clock, sections["vehicle"], settings, remembered)
+        with (
+            Journal(link) as journal,
+            open_bus(settings.can, "vehicle", inbox.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
+        ):
+            gateway = Gateway(link, bus, inbox, memory, journal, clock, sections["vehicle"], settings, remembered)
             return gateway.run(stop, wire.pace.fifo_priority)
 
 
@@ -60,12 +64,14 @@ class Gateway:
         bus: Bus,
         inbox: Inbox,
         memory: Memory,
+        journal: Journal,
         clock: Clock,
         vehicle: VehicleDescription,
         settings: VehicleGatewaySettings,
         remembered: Remembered,
     ) -> None:
         self._link, self._bus, self._inbox, self._memory, self._clock = link, bus, inbox, memory, clock
+        self._journal = journal
         self._vehicle, self._limits = vehicle, settings.limits
         self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
         self._utc_ns = utc_minus_monotonic_ns()
@@ -142,22 +148,8 @@ class Gateway:
 
     def _publish(self, before: State, inputs: Inputs, outputs: Outputs, now_ns: int, sent_ns: int) -> None:
         self._number += 1
-        command = self.state.command
-        self._link.publish(
-            "gateway_cycle",
-            GatewayCycle(
-                number=self._number,
-                now_ns=now_ns,
-                inputs=msgspec.Raw(msgspec.json.encode(inputs)),
-                outputs=msgspec.Raw(msgspec.json.encode(outputs)),
-                can_sent_ns=sent_ns,
-                command_sequence=command.sequence if command else 0,
-                new_command=inputs.command is not None,
-                loop_age_ms=self.state.loop_age_ms,
-                mode=outputs.mode,
-                rules=outputs.rules,
-            ),
-        )
+        sequence = self.state.command.sequence if self.state.command else 0
+        self._journal.keep(Entry(self._number, now_ns, inputs, outputs, sent_ns, sequence, self.state.loop_age_ms))
         changed = before.authority != self.state.authority or before.hand_over != self.state.hand_over
         if self._due("vehicle_state", STATE_NS, now_ns):
             self._link.publish(
@@ -177,7 +169,8 @@ class Gateway:
         return True
 
     def _dropped(self) -> dict[str, int]:
-        return self._inbox.all_dropped() | self._bus.dropped
+        unrecorded = {"cycles not recorded": self._journal.dropped} if self._journal.dropped else {}
+        return self._inbox.all_dropped() | self._bus.dropped | unrecorded
 
 
 def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_now_ns: int) -> State:

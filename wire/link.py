@@ -31,6 +31,7 @@ _TRAVEL: dict[Travel, tuple[zenoh.Priority, zenoh.Reliability, zenoh.CongestionC
     Travel.COMMAND: (zenoh.Priority.REAL_TIME, zenoh.Reliability.BEST_EFFORT, zenoh.CongestionControl.DROP),
     Travel.STATE: (zenoh.Priority.INTERACTIVE_HIGH, zenoh.Reliability.BEST_EFFORT, zenoh.CongestionControl.DROP),
     Travel.EVENT: (zenoh.Priority.INTERACTIVE_LOW, zenoh.Reliability.RELIABLE, zenoh.CongestionControl.BLOCK),
+    Travel.RECORD: (zenoh.Priority.DATA_LOW, zenoh.Reliability.RELIABLE, zenoh.CongestionControl.BLOCK),
     Travel.BULK: (zenoh.Priority.DATA, zenoh.Reliability.RELIABLE, zenoh.CongestionControl.DROP),
 }
 
@@ -57,6 +58,7 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zeno
         "scouting/gossip/enabled": False,
         "transport/link/tx/lease": settings.lease_ms,
         "transport/link/tx/keep_alive": 4,
+        "transport/link/tx/queue/size/data": 16,  # batches of 64 kB: pictures come in bursts, and a dropped one is lost
         "transport/link/tls": _tls(folder, role),
     }
     if hub:

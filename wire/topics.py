@@ -37,6 +37,7 @@ class Travel(StrEnum):
     COMMAND = "command"  # REAL_TIME, best effort (a QUIC datagram), drop: late is worse than lost
     STATE = "state"  # INTERACTIVE_HIGH, best effort, drop
     BULK = "bulk"  # DATA, reliable, drop: larger than a datagram, or wanted whole in the recording
+    RECORD = "record"  # DATA_LOW, reliable, block: for a thread that may wait, so that the recording is whole
     EVENT = "event"  # INTERACTIVE_LOW, reliable, block: every one counts
 
 
@@ -138,7 +139,7 @@ TOPICS: dict[str, Topic] = {
         _topic("gnss", sensing.Gnss, 10, R.SIMULATE, {R.AUTONOMY}, T.STATE),
         _topic("wheel_speeds", sensing.WheelSpeeds, 50, R.SIMULATE, {R.AUTONOMY}, T.STATE),
         _topic("object_list", sensing.ObjectList, 10, R.SIMULATE, {R.AUTONOMY}, T.BULK),
-        _topic("gateway_cycle", vehicle.GatewayCycle, 100, R.VEHICLE_HUB, set(), T.BULK, K.EVENT),
+        _topic("gateway_cycle", vehicle.GatewayCycle, 100, R.VEHICLE_HUB, set(), T.RECORD, K.EVENT),
         _topic("video", None, 30, R.VIDEO, set(), T.BULK, K.EVENT),
         _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
