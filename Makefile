@@ -17,10 +17,11 @@ check: setup
 	$(BIN)/lint-imports
 
 faults: setup
-	$(BIN)/python -m benchmarks.faults $(ARGS)
+	$(BIN)/python -m benchmarks.faults --write benchmarks/results/faults.md $(ARGS)
 
 bench: setup
-	$(BIN)/python -m benchmarks $(ARGS)
+	$(BIN)/python -m benchmarks.video
+	$(BIN)/python -m benchmarks.recorder
 
 format: setup
 	$(BIN)/ruff check --fix --quiet . || true

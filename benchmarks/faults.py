@@ -5,7 +5,10 @@ of the simulated world measured. Where the driver does not depend on the process
 """
 
 import argparse
+import os
+import platform
 import signal
+import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -124,28 +127,55 @@ def _goes_on(drive: Drive, case: Case, speed_m_s: float) -> Outcome:
     return Outcome(case, speed_m_s, None, None, not stopped and collisions == 0, "stopped" if stopped else "the drive went on")
 
 
+def measure(case: Case) -> Outcome:
+    """One drive for one case; what could not be brought about counts as not held."""
+    with tempfile.TemporaryDirectory(prefix="faults-") as folder:
+        try:
+            with driving(Path(folder), "--scenario", "short") as drive:
+                return run_case(drive, case)
+        except RigError as error:
+            return Outcome(case, 0.0, None, None, False, str(error))
+
+
+def report(outcomes: list[Outcome], command: str) -> str:
+    """The table for people, with what is needed to repeat it."""
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
+    rows = [
+        f"| {outcome.case.mode} | {outcome.case.victim} | {outcome.case.how.name} | {outcome.speed_m_s:.1f} | "
+        f"{_metres(outcome.distance_m)} | {_metres(outcome.bound_m)} | {outcome.text.splitlines()[0]} | {'yes' if outcome.held else 'no'} |"
+        for outcome in outcomes
+    ]
+    head = "| who drives | hurt | how | speed m/s | stood after m | bound m | what happened | held |"
+    return "\n".join([
+        "# Faults, with real processes", "",
+        f"`{command}` at commit {commit or 'unknown'}, {os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}.",
+        "", f"`{FORMULA}`", "", head, "|---" * 8 + "|", *rows, "",
+    ])  # fmt: skip
+
+
+def _metres(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help=f"cases, for instance {CASES[0].name}; all by default")
-    names = parser.parse_args().names
-    unknown = sorted(set(names) - {case.name for case in CASES})
+    parser.add_argument("--write", type=Path, help="also write the table to this file")
+    arguments = parser.parse_args()
+    unknown = sorted(set(arguments.names) - {case.name for case in CASES})
     if unknown:
         parser.error(f"unknown: {', '.join(unknown)}; known: {', '.join(case.name for case in CASES)}")
     print(FORMULA)
-    failed = 0
+    outcomes = []
     for case in CASES:
-        if names and case.name not in names:
-            continue
-        with tempfile.TemporaryDirectory(prefix="faults-") as folder:
-            try:
-                with driving(Path(folder), "--scenario", "short") as drive:
-                    outcome = run_case(drive, case)
-                line = f"{'held ' if outcome.held else 'BROKE'}  {case.name:32s} v {outcome.speed_m_s:4.1f} m/s  {outcome.text}"
-                failed += not outcome.held
-            except RigError as error:
-                line, failed = f"BROKE  {case.name:32s} {error}", failed + 1
-        print(line, flush=True)
-    return 1 if failed else 0
+        if not arguments.names or case.name in arguments.names:
+            outcome = measure(case)
+            outcomes.append(outcome)
+            verdict = "held " if outcome.held else "BROKE"
+            print(f"{verdict}  {case.name:32s} v {outcome.speed_m_s:4.1f} m/s  {outcome.text}", flush=True)
+    if arguments.write:
+        arguments.write.write_text(report(outcomes, "make faults"))
+    return 0 if all(outcome.held for outcome in outcomes) else 1
 
 
 if __name__ == "__main__":

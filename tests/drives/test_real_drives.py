@@ -1,0 +1,120 @@
+"""Whole drives with every real process, as a user starts them. At most six; `make faults` runs the rest.
+
+Nothing here is timed by a timetable: each step waits for what the car or the referee says.
+"""
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from benchmarks.faults import Case, run_case
+from benchmarks.rig import driving, read_referee
+from recordings.read import open_recording
+from wire.messages.vehicle import Mode
+from wire.topics import TOPICS
+
+DRIVE_S = 150.0  # patience for a drive whose own time-out is 115 s
+
+
+def summary_of(folder: Path) -> dict:
+    return json.loads((folder / "summary.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One undisturbed demo, from its start to its report."""
+    with driving(tmp_path_factory.mktemp("sessions")) as drive:
+        code = drive.process.wait(DRIVE_S)
+        return drive.folder, code, (drive.folder.parent / "demo.log").read_text()
+
+
+def test_the_demo_reaches_its_goal_with_one_take_over_and_no_collision(finished):
+    folder, code, said = finished
+    summary = summary_of(folder)
+    assert (code, summary["goal_reached"], summary["collisions"]) == (0, True, 0), said
+    (takeover,) = summary["takeovers"]
+    assert takeover["accepted_s"] > takeover["requested_s"] > 0.0
+    assert "planner" in [reason["channel"] for reason in takeover["reasons"]]
+    assert {"autonomous", "takeover_requested", "remote"} <= summary["modes_s"].keys()
+    assert "safe_stop" not in summary["modes_s"]
+    assert summary["drive_s"] < 120.0
+
+
+def test_the_referee_agrees_with_the_summary_and_saw_the_car_in_the_oncoming_lane(finished):
+    folder, _, _ = finished
+    log = read_referee(folder)
+    assert log[-1].goal_reached
+    assert log[-1].collisions == 0
+    assert max(each.offset_m for each in log if 145.0 < each.station_m < 170.0) > 1.0
+
+
+def test_every_figure_of_the_summary_was_measured(finished):
+    summary = summary_of(finished[0])
+    assert summary["loop_age_ms"]["p50"] > 0.0
+    assert summary["cameras"]["front"]["fps"] > 5.0
+    assert summary["cameras"]["front"]["latency_ms"]["p50"] > 0.0
+    assert summary["command_rate_hz"] > 50.0
+    assert summary["wheel_to_can_ms"]["p99"] >= summary["wheel_to_can_ms"]["p50"] > 0.0
+    assert summary["wheel_to_can_ms"]["clock_bound_ms"] > 0.0
+    assert summary["versions"]["remote-operation-tower"]
+
+
+def test_the_summary_is_what_the_recordings_program_says(finished):
+    folder, _, _ = finished
+    program = Path(sys.executable).parent / "recordings"
+    told = subprocess.run([program, "info", folder / "drive.mcap", "--json"], capture_output=True, text=True, check=True)
+    assert json.loads(told.stdout) == summary_of(folder)
+
+
+def test_the_recording_holds_both_sides_every_cycle_and_pictures_that_decode(finished):
+    folder, _, _ = finished
+    with open_recording(folder / "drive.mcap") as recording:
+        quiet = {"tower_stop"}  # nobody pressed STOP
+        missing = {name for name, topic in TOPICS.items() if topic.recorded and topic.type} - set(recording.topics) - quiet
+        assert not missing
+        numbers = [cycle.number for _, cycle in recording.messages("gateway_cycle")]
+        assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+        assert sum(1 for _ in recording.pictures("front")) > 300
+    with (folder / "drive.mcap").open("rb") as stream:
+        names = {attachment.name for attachment in make_reader(stream).iter_attachments()}
+    assert any("toml" in name for name in names)
+
+
+def test_the_window_left_a_picture_of_the_remote_drive(finished):
+    picture = (finished[0] / "window.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+    assert len(picture) > 100_000
+
+
+def test_a_killed_recorder_is_shown_and_a_killed_cockpit_stops_the_car_and_nothing_recorded_is_lost(tmp_path):
+    with driving(tmp_path, "--scenario", "short") as drive:
+        drive.wait_until("autonomous", lambda: drive.mode is Mode.AUTONOMOUS, 60.0)
+        drive.hurt("recorder", signal.SIGKILL)
+        outcome = run_case(drive, Case(Mode.REMOTE, "cockpit", signal.SIGKILL))
+        assert outcome.held, outcome.text
+        drive.end()
+        said = (tmp_path / "demo.log").read_text()
+    assert "recorder ended (killed by SIGKILL): started again" in said
+    with open_recording(drive.folder / "drive.mcap") as recording:
+        modes = [status.mode for _, status in recording.messages("gateway_status")]
+    assert {Mode.AUTONOMOUS, Mode.REMOTE, Mode.SAFE_STOP} <= set(modes)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        Case(Mode.REMOTE, "gateway", signal.SIGSTOP),
+        Case(Mode.REMOTE, "video", signal.SIGKILL),
+        Case(Mode.AUTONOMOUS, "autonomy", signal.SIGKILL),
+    ],
+    ids=lambda case: case.name,
+)
+def test_what_the_driver_depends_on_may_die_and_the_car_stands_within_the_bound(tmp_path, case):
+    with driving(tmp_path, "--scenario", "short") as drive:
+        outcome = run_case(drive, case)
+    assert outcome.held, outcome.text
