@@ -140,17 +140,21 @@ def measure(case: Case) -> Outcome:
 def report(outcomes: list[Outcome], command: str) -> str:
     """The table for people, with what is needed to repeat it."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
-    rows = [
-        f"| {outcome.case.mode} | {outcome.case.victim} | {outcome.case.how.name} | {outcome.speed_m_s:.1f} | "
-        f"{_metres(outcome.distance_m)} | {_metres(outcome.bound_m)} | {outcome.text.splitlines()[0]} | {'yes' if outcome.held else 'no'} |"
-        for outcome in outcomes
-    ]
+    rows = [_row(outcome) for outcome in outcomes]
+    machine = f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}"
     head = "| who drives | hurt | how | speed m/s | stood after m | bound m | what happened | held |"
     return "\n".join([
         "# Faults, with real processes", "",
-        f"`{command}` at commit {commit or 'unknown'}, {os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}.",
+        f"`{command}` at commit {commit or 'unknown'}, {machine}.",
         "", f"`{FORMULA}`", "", head, "|---" * 8 + "|", *rows, "",
     ])  # fmt: skip
+
+
+def _row(outcome: Outcome) -> str:
+    case, stood = outcome.case, _metres(outcome.distance_m)
+    cells = (case.mode, case.victim, case.how.name, f"{outcome.speed_m_s:.1f}", stood, _metres(outcome.bound_m),
+             outcome.text.splitlines()[0], "yes" if outcome.held else "no")  # fmt: skip
+    return f"| {' | '.join(cells)} |"
 
 
 def _metres(value: float | None) -> str:

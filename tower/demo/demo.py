@@ -10,9 +10,9 @@ from tower.demo.aftermath import make_whole, summarize
 from tower.demo.crew import CAR, TOWER, Crew, Ended, crew, utc_folder
 from tower.demo.observer import Observer
 from tower.demo.report import table_of
-from tower.demo.session import session_configuration
+from tower.demo.session import choose, write_session
 from tower.demo.story import Story
-from wire.configuration import read_sections, read_tables
+from wire.configuration import read_sections
 from wire.messages.vehicle import Mode
 from wire.scenario import Scenario, read_scenario
 from wire.settings import WireSettings
@@ -35,9 +35,10 @@ class Choices:
 def run(config: Path, stop: threading.Event, choices: Choices) -> int:
     """The demo from start to report. 0 when it went as it should, 1 when not; user errors raise ConfigurationError."""
     console = Console(highlight=False, soft_wrap=True)
+    tables = choose(config, choices.scenario, choices.front_camera)
+    scenario, _ = read_scenario(Path(tables["vehicle_gateway"]["simulation"]["scenario"]))
     folder = utc_folder(choices.sessions)
-    written = session_configuration(config, folder, choices.scenario, choices.front_camera)
-    scenario, _ = read_scenario(Path(read_tables(written)["vehicle_gateway"]["simulation"]["scenario"]))
+    written = write_session(tables, folder)
     wire: WireSettings = read_sections(written, {"wire": WireSettings})["wire"]
     console.print(f"{scenario.name}: a drive of at most {scenario.time_limit_s:g} s, kept in {folder}")
     story = Story()

@@ -35,8 +35,8 @@ def find_scenario(name: str) -> Path:
     raise ConfigurationError(f"--scenario {name}: no such file; shipped scenarios: {known}")
 
 
-def session_configuration(base: Path, folder: Path, scenario: str, front_camera: str) -> Path:
-    """Write `folder`/session.toml: the base configuration with what must be this session's own.
+def choose(base: Path, scenario: str, front_camera: str) -> dict[str, Any]:
+    """The base configuration with what the command line chose. Raises ConfigurationError before anything is written.
 
     scenario      a path or a name; "" keeps the base's
     front_camera  a video file to play as the front camera; "" keeps the base's source
@@ -44,23 +44,24 @@ def session_configuration(base: Path, folder: Path, scenario: str, front_camera:
     tables = read_tables(base)
     found = find_scenario(scenario or _get(tables, "vehicle_gateway", "simulation").get("scenario", "closed_road.toml"))
     _, road_map = read_scenario(found)
-    car_port, tower_port, can_port, actuator_port = free_udp_ports(4)
-    link = _get(tables, "wire", "link")
-    place = certificates.folder_of(link.get("certificates", ""))
-    certificates.ensure(place)
-    link |= {
-        "car_hub": f"127.0.0.1:{car_port}",
-        "tower_hub": f"127.0.0.1:{tower_port}",
-        "certificates": str(place.resolve()),
-    }
-    _get(tables, "wire", "clock")["tower_offset_ns"] = HOUR_NS + secrets.randbelow(HOUR_NS)
-    _get(tables, "wire", "session").update(folder=str(folder), name=folder.name)
-    _get(tables, "vehicle_gateway")["memory"] = str(folder / "gateway-memory.json")
-    _get(tables, "vehicle_gateway", "can").update(channel=_own_group(), port=can_port, actuator_port=actuator_port)
     _get(tables, "vehicle_gateway", "simulation")["scenario"] = str(found)
     _get(tables, "autonomy")["map"] = str(road_map.resolve())
     if front_camera:
         _get(tables, "vehicle_gateway", "video", "sources")["front"] = f"file:{_existing(front_camera)}"
+    return tables
+
+
+def write_session(tables: dict[str, Any], folder: Path) -> Path:
+    """`folder`/session.toml: the chosen configuration with what must be this session's own. Makes missing certificates."""
+    car_port, tower_port, can_port, actuator_port = free_udp_ports(4)
+    link = _get(tables, "wire", "link")
+    place = certificates.folder_of(link.get("certificates", ""))
+    certificates.ensure(place)
+    link.update(car_hub=f"127.0.0.1:{car_port}", tower_hub=f"127.0.0.1:{tower_port}", certificates=str(place.resolve()))
+    _get(tables, "wire", "clock")["tower_offset_ns"] = HOUR_NS + secrets.randbelow(HOUR_NS)
+    _get(tables, "wire", "session").update(folder=str(folder), name=folder.name)
+    _get(tables, "vehicle_gateway")["memory"] = str(folder / "gateway-memory.json")
+    _get(tables, "vehicle_gateway", "can").update(channel=_own_group(), port=can_port, actuator_port=actuator_port)
     written = folder / "session.toml"
     written.write_bytes(tomli_w.dumps(tables).encode())
     return written

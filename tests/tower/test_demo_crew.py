@@ -1,0 +1,57 @@
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from tower.demo.crew import Crew, Member, crew, utc_folder
+from tower.demo.session import choose, write_session
+from wire.configuration import ConfigurationError, shipped
+
+
+@pytest.fixture
+def config(tmp_path):
+    tables = choose(shipped("simulated.toml"), "", "")
+    tables["wire"]["link"]["certificates"] = str(tmp_path / "certificates")
+    (tmp_path / "session").mkdir()
+    return write_session(tables, tmp_path / "session")
+
+
+def wait_for_end(people: Crew):
+    until = time.monotonic() + 20.0
+    while time.monotonic() < until:
+        ended = people.look_after()
+        if ended:
+            return ended[0]
+    raise AssertionError("nothing ended")
+
+
+def test_a_killed_process_is_started_again_and_told(config):
+    with crew((Member("ecu", "vehicle-gateway", "ecu"),), config, config.parent) as people:
+        before = people._processes["ecu"].pid
+        people._processes["ecu"].send_signal(signal.SIGKILL)
+        ended = wait_for_end(people)
+        assert (ended.name, ended.how, ended.started_again) == ("ecu", "killed by SIGKILL", True)
+        assert people._processes["ecu"].pid != before
+        process = people._processes["ecu"]
+    assert process.poll() is not None, "leaving the crew ends its processes"
+
+
+def test_an_error_the_user_can_fix_is_told_in_its_own_words_and_not_tried_again(config):
+    config.write_text("[autonomyy]\n")
+    with crew((Member("autonomy", "autonomy", "run"),), config, config.parent) as people:
+        ended = wait_for_end(people)
+    assert not ended.started_again
+    assert "[autonomyy]: unknown section" in ended.how
+
+
+def test_a_folder_that_cannot_be_written_is_one_clear_error(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigurationError, match="cannot be written"):
+        utc_folder(tmp_path / "file")
+
+
+def test_two_sessions_in_one_second_get_two_folders(tmp_path):
+    first, second = utc_folder(tmp_path), utc_folder(tmp_path)
+    assert first != second
+    assert isinstance(first, Path)

@@ -1,0 +1,67 @@
+import tomllib
+
+import pytest
+
+from autonomy.settings import AutonomySettings
+from recordings.settings import RecordingsSettings
+from tower.demo.session import HOUR_NS, choose, find_scenario, free_udp_ports, write_session
+from tower.settings import TowerSettings
+from vehicle_gateway.settings import VehicleGatewaySettings
+from wire.configuration import ConfigurationError, read_sections, shipped
+from wire.messages.vehicle import VehicleDescription
+from wire.settings import WireSettings
+
+BASE = shipped("simulated.toml")
+ROOMS = {
+    "wire": WireSettings,
+    "vehicle": VehicleDescription,
+    "vehicle_gateway": VehicleGatewaySettings,
+    "tower": TowerSettings,
+    "autonomy": AutonomySettings,
+    "recordings": RecordingsSettings,
+}
+
+
+def session(folder, certificates):
+    folder.mkdir()
+    tables = choose(BASE, "mirrored", "")
+    tables["wire"]["link"]["certificates"] = str(certificates)
+    return read_sections(write_session(tables, folder), ROOMS)
+
+
+def test_every_room_can_read_the_session_s_configuration(tmp_path):
+    rooms = session(tmp_path / "one", tmp_path / "certificates")
+    assert rooms["wire"].session.folder == str(tmp_path / "one")
+    assert rooms["autonomy"].map.endswith("bend_mirrored.toml")
+    assert rooms["vehicle_gateway"].simulation.scenario.endswith("mirrored.toml")
+    assert HOUR_NS <= rooms["wire"].clock.tower_offset_ns < 2 * HOUR_NS
+
+
+def test_two_sessions_share_neither_port_nor_bus(tmp_path):
+    one, two = (session(tmp_path / name, tmp_path / "certificates") for name in ("one", "two"))
+    assert {one["wire"].link.car_hub, one["wire"].link.tower_hub}.isdisjoint({two["wire"].link.car_hub, two["wire"].link.tower_hub})
+    assert (one["vehicle_gateway"].can.channel, one["vehicle_gateway"].can.port) != (
+        two["vehicle_gateway"].can.channel,
+        two["vehicle_gateway"].can.port,
+    )
+
+
+def test_what_the_user_got_wrong_is_told_before_anything_is_written(tmp_path):
+    for scenario, clip, said in (("nowhere", "", "shipped scenarios: closed_road"), ("", "no.mp4", "--front-camera no.mp4")):
+        with pytest.raises(ConfigurationError, match=said):
+            choose(BASE, scenario, clip)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_shipped_scenario_is_found_by_its_name_and_by_its_path():
+    for path in shipped("scenarios").glob("*.toml"):
+        assert find_scenario(path.stem) == find_scenario(str(path)) == path.resolve()
+
+
+def test_the_shipped_configuration_lets_a_script_in_and_only_because_it_is_simulated():
+    assert tomllib.loads(BASE.read_text())["wire"]["link"]["accepts_script"] is True
+    assert WireSettings().link.accepts_script is False
+
+
+def test_free_ports_are_different_ones():
+    assert len(set(free_udp_ports(8))) == 8

@@ -1,0 +1,84 @@
+from tower.demo.report import rows_of
+from tower.demo.story import Story
+from wire.messages.sensing import Referee
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+
+
+def status(mode, cause="", refused=""):
+    return GatewayStatus(
+        stamp_ns=0,
+        boot_id="b",
+        mode=mode,
+        mode_since_ns=0,
+        cause=cause,
+        lease_holder="",
+        lease_epoch=0,
+        hand_over=HandOver(number=0, action="", state="", rule=""),
+        request=None,
+        budget_remaining_s=0.0,
+        guard_remaining_s=0.0,
+        hand_back_ready=False,
+        hand_back_note="",
+        take_refused=refused,
+        failsafe="",
+        stop_number=0,
+        stops_in_ten_minutes=0,
+        dropped={},
+    )
+
+
+def referee(elapsed_s=0.0, collisions=0, goal=False):
+    return Referee(
+        stamp_ns=0,
+        elapsed_s=elapsed_s,
+        station_m=0.0,
+        offset_m=0.0,
+        x_m=0.0,
+        y_m=0.0,
+        speed_m_s=0.0,
+        distance_m=0.0,
+        collisions=collisions,
+        collided_with="cone" if collisions else "",
+        goal_reached=goal,
+        closest_m=5.0,
+    )
+
+
+def test_each_change_of_mode_is_told_once_with_its_cause():
+    story = Story()
+    assert story.look(status(Mode.REMOTE, "ann took over"), None) == ["the operator drives: ann took over"]
+    assert story.look(status(Mode.REMOTE, "ann took over"), None) == []
+
+
+def test_a_refusal_is_told_once_whatever_its_figures():
+    story = Story()
+    story.look(status(Mode.STOPPED), None)
+    slow = [story.look(status(Mode.STOPPED, refused=f"it takes {ms} ms"), None) for ms in (510, 620)]
+    assert slow == [["a take-over would be refused: it takes 510 ms"], []]
+
+
+def test_a_collision_and_the_goal_are_told_when_they_happen():
+    story = Story()
+    assert story.look(None, referee(1.0)) == []
+    assert story.look(None, referee(2.0, collisions=1)) == ["COLLISION with a cone"]
+    assert story.look(None, referee(3.0, collisions=1, goal=True)) == ["the goal is reached"]
+    assert (story.elapsed_s, story.collisions, story.goal_reached) == (3.0, 1, True)
+
+
+def test_a_figure_that_could_not_be_measured_is_a_dash():
+    nothing = {
+        "modes_s": {"standby": 1.0},
+        "goal_reached": None,
+        "collisions": None,
+        "takeovers": [{"requested_s": 3.0, "reasons": [], "accepted_s": None, "takeover_time_s": None}],
+        "cameras": {"front": {"fps": None, "latency_ms": None}},
+        "loop_age_ms": None,
+        "wheel_to_can_ms": None,
+        "command_rate_hz": None,
+        "gate_interventions": {},
+        "messages_dropped": {},
+    }
+    rows = dict(rows_of(nothing))
+    assert rows["goal"] == rows["collisions"] == "-"
+    assert rows["wheel to CAN"] == "- ms"
+    assert rows["take-over"] == "asked at 3.0 s, nobody took over"
