@@ -1,8 +1,8 @@
-# make demo | test | check | faults | bench: each sets up .venv by itself.
+# make demo | test | check | faults | scenarios | bench: each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check setup faults bench format clean
+.PHONY: demo test check setup faults scenarios bench format clean
 
 demo: setup
 	$(BIN)/tower demo $(ARGS)
@@ -18,6 +18,9 @@ check: setup
 
 faults: setup
 	$(BIN)/python -m benchmarks.faults --write benchmarks/results/faults.md $(ARGS)
+
+scenarios: setup
+	$(BIN)/python -m benchmarks.scenarios
 
 bench: setup
 	$(BIN)/python -m benchmarks.video

@@ -11,12 +11,17 @@ import signal
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import monotonic
 
 from benchmarks.rig import Drive, RigError, driving
+from recordings.errors import RecordingError
+from recordings.read import open_recording
 from vehicle_gateway.safe_stop import stopping_distance_m
+from vehicle_gateway.settings import VehicleGatewaySettings
+from wire.configuration import read_sections, shipped
+from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
 
 SPEED_MIN_M_S = 2.5  # the fault comes while the car really drives
@@ -25,6 +30,9 @@ ACTUATION_S = 0.15  # one cycle of gateway and ECU each, the bus, twice the brak
 TRACTION_M_S2 = 2.0  # the most the car may still accelerate until the fault is noticed
 PATIENCE_S = 75.0  # until the drive has come to where the fault is due
 GOES_ON_S = 3.0  # how long a drive that must go on is watched
+MOVED_M = 1.0  # and how far it must get: it may be slowing for the site
+FRESH_NS = 500_000_000
+STOPPING = (Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP)
 FORMULA = (
     "bound = v' t + v' t_j - j t_j^3 / 6 + v_j^2 / (2 b)   with t = notice + actuation, v' = v + 2.0 m/s2 * t, "
     "t_j = b / j, v_j = v' - b t_j / 2"
@@ -44,11 +52,25 @@ class Braking:
         return stopping_distance_m(speed_m_s + TRACTION_M_S2 * reaction_s, reaction_s, self.braking_m_s2, self.jerk_m_s3)
 
 
-SILENT_OPERATOR = Braking(0.5, 2.5, 5.0)  # [failsafe] command_lost_ms, [safe_stop]
-NO_PICTURE = Braking(0.2 + 0.1, 2.5, 5.0)  # picture_lost_ms after the last picture, which was up to 100 ms old
-SILENT_AUTONOMY = Braking(0.2, 2.5, 5.0)  # autonomy_lost_ms
-SILENT_GATEWAY = Braking(0.1, 4.0, 10.0)  # the ECU's command_timeout_ms, its braking and jerk
-SILENT_ECU = Braking(0.06, 6.0, 50.0)  # the car's demand_timeout_ms: brakes close by themselves
+_GATEWAY: VehicleGatewaySettings = read_sections(shipped("simulated.toml"), {"vehicle_gateway": VehicleGatewaySettings})[
+    "vehicle_gateway"
+]
+_FAILSAFE, _STOP, _ECU = _GATEWAY.limits.failsafe, _GATEWAY.limits.safe_stop, _GATEWAY.simulation.ecu
+PICTURE_AGE_S = 0.1  # the last picture before the fault was up to this old when it came on screen
+BRAKE_CLOSING_M_S3 = 50.0  # the car's own brakes close with their lag of 60 ms: 6 m/s2 in about 0.12 s
+
+
+def _after(notice_ms: float) -> Braking:
+    return Braking(notice_ms / 1e3, _STOP.braking_m_s2, _STOP.jerk_m_s3)
+
+
+SILENT_OPERATOR = _after(_FAILSAFE.command_lost_ms)
+NO_PICTURE = _after(_FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3)
+SILENT_AUTONOMY = _after(_FAILSAFE.autonomy_lost_ms)
+SILENT_GATEWAY = Braking(_ECU.command_timeout_ms / 1e3, _ECU.braking_m_s2, _ECU.jerk_m_s3)
+SILENT_ECU = Braking(
+    _GATEWAY.simulation.demand_timeout_ms / 1e3, _GATEWAY.simulation.actuators.self_closing_m_s2, BRAKE_CLOSING_M_S3
+)
 
 # (who drives, what is hurt) -> how the car stops; absent: the drive goes on
 STOPS: dict[tuple[Mode, str], Braking] = {
@@ -94,12 +116,15 @@ class Outcome:
 
 
 def run_case(drive: Drive, case: Case) -> Outcome:
-    """Bring the drive to the case's mode at speed, hurt the victim, and measure."""
+    """Bring the drive to the case's mode at speed, say what is expected, hurt the victim, and measure."""
     drive.wait_until(f"{case.mode} at {SPEED_MIN_M_S} m/s", lambda: _drives(drive, case.mode), PATIENCE_S)
-    before = drive.referee()[-1]
-    drive.hurt(case.victim, case.how)
     stops = STOPS.get((case.mode, case.victim))
-    return _goes_on(drive, case, before.speed_m_s) if stops is None else _stands(drive, case, stops)
+    before = drive.referee()[-1]  # written at 10 Hz
+    bound_m = stops.bound_m(before.speed_m_s) if stops else None
+    expected = f"stands within {bound_m:.2f} m" if bound_m is not None else "the drive goes on"
+    print(f"       {case.name:32s} v {before.speed_m_s:4.1f} m/s, expected: {expected}", flush=True)
+    drive.hurt(case.victim, case.how)
+    return _goes_on(drive, case, before) if bound_m is None else _stands(drive, case, before, bound_m)
 
 
 def _drives(drive: Drive, mode: Mode) -> bool:
@@ -107,9 +132,7 @@ def _drives(drive: Drive, mode: Mode) -> bool:
     return drive.mode is mode and bool(log) and log[-1].speed_m_s >= SPEED_MIN_M_S
 
 
-def _stands(drive: Drive, case: Case, stops: Braking) -> Outcome:
-    before = drive.referee()[-1]  # written at 10 Hz: at most 100 ms before the fault, or just after
-    bound_m = stops.bound_m(before.speed_m_s)
+def _stands(drive: Drive, case: Case, before: Referee, bound_m: float) -> Outcome:
     drive.wait_until("standstill", lambda: abs(drive.referee()[-1].speed_m_s) < STANDSTILL_M_S, 10.0)
     after = next(each for each in drive.referee() if each.stamp_ns > before.stamp_ns and abs(each.speed_m_s) < STANDSTILL_M_S)
     distance_m = after.distance_m - before.distance_m
@@ -117,14 +140,25 @@ def _stands(drive: Drive, case: Case, stops: Braking) -> Outcome:
     return Outcome(case, before.speed_m_s, distance_m, bound_m, held, f"stood after {distance_m:.2f} m, bound {bound_m:.2f} m")
 
 
-def _goes_on(drive: Drive, case: Case, speed_m_s: float) -> Outcome:
+def _goes_on(drive: Drive, case: Case, before: Referee) -> Outcome:
+    """For a while no stop, and the car gets somewhere: a status nobody updates any more would not show a stop."""
     until = monotonic() + GOES_ON_S
-    drive.wait_until(
-        "the drive goes on", lambda: monotonic() > until or drive.mode in (Mode.SAFE_STOP, Mode.STOPPED), GOES_ON_S + 5.0
-    )
-    stopped = drive.mode in (Mode.SAFE_STOP, Mode.STOPPED)
-    collisions = drive.referee()[-1].collisions
-    return Outcome(case, speed_m_s, None, None, not stopped and collisions == 0, "stopped" if stopped else "the drive went on")
+    drive.wait_until("the drive goes on", lambda: monotonic() > until or drive.mode in STOPPING, GOES_ON_S + 5.0)
+    status, after = drive.observer.status, drive.referee()[-1]
+    fresh = status is not None and after.stamp_ns - status.stamp_ns < FRESH_NS
+    moved_m = after.distance_m - before.distance_m
+    went_on = drive.mode not in STOPPING and fresh and moved_m > MOVED_M and after.collisions == 0
+    text = f"the drive went on, {moved_m:.1f} m in {GOES_ON_S:g} s" if went_on else f"{drive.mode}, {moved_m:.1f} m further"
+    return Outcome(case, before.speed_m_s, None, None, went_on, text)
+
+
+def recording_is_whole(folder: Path) -> bool:
+    """Whether the drive left a recording that opens and holds what the gateway said (repaired by the demo where it had to be)."""
+    try:
+        with open_recording(folder / "drive.mcap") as recording:
+            return any(True for _ in recording.messages("gateway_status"))
+    except RecordingError:
+        return False
 
 
 def measure(case: Case) -> Outcome:
@@ -132,7 +166,10 @@ def measure(case: Case) -> Outcome:
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
         try:
             with driving(Path(folder), "--scenario", "short") as drive:
-                return run_case(drive, case)
+                outcome = run_case(drive, case)
+                drive.end()
+            whole = recording_is_whole(drive.folder)
+            return replace(outcome, held=outcome.held and whole, text=outcome.text + ("" if whole else "; the recording is lost"))
         except RigError as error:
             return Outcome(case, 0.0, None, None, False, str(error))
 

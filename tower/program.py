@@ -15,6 +15,7 @@ application = typer.Typer(
     pretty_exceptions_enable=False,
 )
 Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
+Sessions = Annotated[Path, typer.Option(help="Folder in which the session leaves its own folder.")]
 DEFAULT = shipped("simulated.toml")
 
 
@@ -25,7 +26,7 @@ def demo(
     front_camera: Annotated[
         str, typer.Option(help="Play this video file as the front camera; the hand-over is then refused.")
     ] = "",
-    sessions: Annotated[Path, typer.Option(help="Folder in which the drive leaves its own folder.")] = Path("sessions"),
+    sessions: Sessions = Path("sessions"),
 ) -> None:
     """A simulated car meets a closed road; an operator takes over, drives round it on live video and hands back."""
     from tower.demo.demo import Choices, run
@@ -35,11 +36,11 @@ def demo(
 
 
 @application.command()
-def drive(config: Config = DEFAULT) -> None:
+def drive(config: Config = DEFAULT, sessions: Sessions = Path("sessions")) -> None:
     """Cockpit and window together: the operator's side of a car that is already running."""
     from tower.demo.drive import run
 
-    raise typer.Exit(run_until_stopped(run, config))
+    raise typer.Exit(run_until_stopped(lambda path, stop: run(path, stop, sessions), config))
 
 
 @application.command()

@@ -169,8 +169,8 @@ class Gateway:
         return True
 
     def _dropped(self) -> dict[str, int]:
-        unrecorded = {"cycles not recorded": self._journal.dropped} if self._journal.dropped else {}
-        return self._inbox.all_dropped() | self._bus.dropped | unrecorded
+        lost = {"cycles not recorded": self._journal.dropped, "latches not saved": self._memory.failed}
+        return self._inbox.all_dropped() | self._bus.dropped | {name: count for name, count in lost.items() if count}
 
 
 def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_now_ns: int) -> State:

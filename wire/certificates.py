@@ -47,8 +47,8 @@ def earliest_end(folder: Path) -> datetime:
 def _load(file: Path) -> x509.Certificate:
     try:
         return x509.load_pem_x509_certificate(file.read_bytes())
-    except ValueError:
-        raise CertificateError(f"{file}: damaged; make new ones with: tower certificates --renew") from None
+    except (ValueError, OSError):
+        raise CertificateError(f"{file}: damaged or unreadable; make new ones with: tower certificates --renew") from None
 
 
 def ensure(folder: Path) -> bool:

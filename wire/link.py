@@ -5,6 +5,7 @@ and counted by reason. Nothing here decides anything. Facts and measurements beh
 """
 
 import json
+import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -24,6 +25,7 @@ from wire.settings import LinkSettings
 from wire.topics import CAR, QUERIES, TOPICS, Kind, Role, Travel, key
 
 _OPEN_TIMEOUT_MS = 1000  # how long one attempt to reach the hub may take before SIGTERM is looked at again
+_TRIES_BEFORE_TOLD = 5  # of about a second each
 _CLOSE_PATIENCE_S = 1.0
 _MESSAGE_MAX_BYTES = 1_000_000  # ours: ten times the largest message seen (one IDR picture)
 
@@ -103,7 +105,11 @@ def open_link(settings: LinkSettings, role: Role, clock: Clock, stop: threading.
     A client waits for its hub until `stop` is set (raises Stopped). A hub raises LinkError at once when its port is taken.
     """
     configuration = session_configuration(settings, role, hub)
-    session = _open_hub(configuration, settings, role) if hub else _open_client(configuration, stop)
+    session = (
+        _open_hub(configuration, settings, role)
+        if hub
+        else _open_client(configuration, stop, settings.car_hub if role in CAR else settings.tower_hub)
+    )
     link = Link(session, settings.vehicle_id, role, clock)
     try:
         yield link
@@ -133,11 +139,18 @@ def _open_hub(configuration: zenoh.Config, settings: LinkSettings, role: Role) -
         ) from None
 
 
-def _open_client(configuration: zenoh.Config, stop: threading.Event) -> zenoh.Session:
+def _open_client(configuration: zenoh.Config, stop: threading.Event, hub: str) -> zenoh.Session:
+    tries = 0
     while not stop.is_set():
         try:
             return zenoh.open(configuration)
         except zenoh.ZError:
+            tries += 1
+            if tries == _TRIES_BEFORE_TOLD:
+                print(
+                    f"still waiting for the hub at {hub}; is it running, and with certificates of the same authority?",
+                    file=sys.stderr,
+                )
             stop.wait(0.1)  # the hub is not there yet
     raise Stopped("asked to stop while waiting for the hub")
 

@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from wire.configuration import ConfigurationError, read_toml, shipped
 from wire.messages.automation import RoadMap
-from wire.messages.base import Count, Length, Message, Name, Seconds
+from wire.messages.base import Count, Length, Message, Name
 
 Offset = Annotated[float, Meta(ge=-100.0, le=100.0)]
 Station = Annotated[float, Meta(ge=-200.0, le=10000.0)]
@@ -57,7 +57,6 @@ class Scenario(Message):
     site: Site | None = None
     buildings: tuple[Building, ...] = ()
     people: tuple[Person, ...] = ()
-    operator_patience_s: Seconds = 60.0  # how long the scripted operator waits for a hand-back before giving up
 
 
 def read_map(path: Path) -> RoadMap:

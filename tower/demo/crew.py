@@ -53,6 +53,7 @@ class Crew:
         self._config, self._folder = config, folder
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._starts: dict[str, int] = {}
+        self._paused: set[str] = set()
 
     def start(self, name: str) -> None:
         member = self._members[name]
@@ -94,11 +95,20 @@ class Crew:
             if code is None:
                 continue
             del self._processes[name]
-            again = self._members[name].restarts and code not in (0, USER_ERROR) and self._starts[name] <= RESTARTS_MAX
+            closed = name == "window" and code == 0
+            again = self._members[name].restarts and not closed and code != USER_ERROR and self._starts[name] <= RESTARTS_MAX
             if again:
                 self.start(name)
             ended.append(Ended(name, _how(code, self._folder / "logs" / f"{name}.log"), again))
         return ended
+
+    def paused(self) -> list[str]:
+        """Who was stopped (SIGSTOP) or went on since the last call, in words. Nothing where there is no /proc."""
+        now = {name for name, process in self._processes.items() if _state(process.pid) == "T"}
+        told = [f"{name} is stopped" for name in sorted(now - self._paused)]
+        told += [f"{name} goes on" for name in sorted(self._paused - now) if name in self._processes]
+        self._paused = now
+        return told
 
     def stop_all(self) -> None:
         """Ask each in turn to end; what does not is killed."""
@@ -118,6 +128,14 @@ class Crew:
             process.wait()
 
 
+def _state(pid: int) -> str:
+    """The process's state letter (proc(5)); "" when it cannot be read."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (OSError, IndexError):
+        return ""
+
+
 def _how(code: int, log: Path) -> str:
     if code < 0:
         return f"killed by {signal.Signals(-code).name}"
@@ -134,6 +152,7 @@ def crew(members: tuple[Member, ...], config: Path, folder: Path) -> Iterator[Cr
         yield started
     finally:
         started.stop_all()
+        (folder / "processes.json").unlink(missing_ok=True)  # these ids may soon belong to somebody else
 
 
 def utc_folder(sessions: Path) -> Path:

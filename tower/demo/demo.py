@@ -1,5 +1,7 @@
 """`tower demo`: start every program of car and tower, watch the drive, stop them, and tell what the recording says happened."""
 
+from __future__ import annotations
+
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +14,7 @@ from tower.demo.observer import Observer
 from tower.demo.report import table_of
 from tower.demo.session import choose, write_session
 from tower.demo.story import Story
+from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.messages.vehicle import Mode
 from wire.scenario import Scenario, read_scenario
@@ -20,7 +23,24 @@ from wire.settings import WireSettings
 LOOK_S = 0.1
 START_PATIENCE_S = 60.0  # until the simulated world runs: a cold disk and two cores
 END_SCREEN_S = 3.0  # how long the end screen stays before the window is closed
+SILENT_S = 20.0  # without any word from the referee: longer than a gateway takes to be started again
 REFUSED_S = 5.0  # with a file as camera: how long the car stands refused before the demo has shown what it shows
+
+
+FAILED, INTERRUPTED = 1, 130
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    code: int
+    text: str = ""
+
+
+PASSED = Verdict(0)
+
+
+def failed(why: str) -> Verdict:
+    return Verdict(FAILED, f"the demo failed: {why}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,62 +63,99 @@ def run(config: Path, stop: threading.Event, choices: Choices) -> int:
     console.print(f"{scenario.name}: a drive of at most {scenario.time_limit_s:g} s, kept in {folder}")
     story = Story()
     with crew((*TOWER, *CAR), written, folder) as people, Observer(wire.link) as observer:
-        failure = _watch(story, observer, people, stop, console, scenario, bool(choices.front_camera))
+        verdict = _watch(Watch(story, observer, people, console, scenario, bool(choices.front_camera)), stop)
     make_whole(folder, console)
     summary = summarize(folder)
     if summary is not None:
         console.print(table_of(summary, folder))
-    if failure:
-        console.print(f"the demo failed: {failure}", style="bold red")
-    return 1 if failure else 0
+    verdict = missing_files(verdict, folder, story.was_remote)
+    if verdict.text:
+        console.print(verdict.text, style="bold red" if verdict.code == FAILED else "yellow")
+    return verdict.code
 
 
-def _watch(
-    story: Story,
-    observer: Observer,
-    people: Crew,
-    stop: threading.Event,
-    console: Console,
-    scenario: Scenario,
-    refuses: bool,
-) -> str:
-    """Look until the drive is over. Why it failed; "" when it went as it should."""
-    waited_s = 0.0
+def missing_files(verdict: Verdict, folder: Path, was_remote: bool) -> Verdict:
+    """A drive that went well but did not leave what it promises has failed all the same."""
+    promised = ("drive.mcap", "summary.json", *(("window.png",) if was_remote else ()))
+    missing = [name for name in promised if not (folder / name).is_file()]
+    return failed(f"no {', '.join(missing)} in {folder}; see its logs") if missing and verdict.code == 0 else verdict
+
+
+def _watch(watch: Watch, stop: threading.Event) -> Verdict:
+    """Look until the drive is over."""
+    clock = Clock()
+    started_ns = seen_ns = clock.now_ns()
+    stamp_ns = 0
     while not stop.wait(LOOK_S):
-        waited_s += LOOK_S
-        for line in story.look(observer.status, observer.referee):
-            console.print(f"{story.elapsed_s:6.1f} s  {line}")
-        for ended in people.look_after():
-            console.print(f"{story.elapsed_s:6.1f} s  {_told(ended)}", style="yellow")
-            if _ends_the_demo(ended):
-                return _told(ended)
-        if story.started_s is None and waited_s > START_PATIENCE_S:
-            return f"the simulated world did not start within {START_PATIENCE_S:g} s; see the logs in the session's folder"
-        over = _over(story, scenario, refuses)
-        if over is not None:
-            stop.wait(END_SCREEN_S)
-            return over
-    return "asked to stop"
+        now_ns = clock.now_ns()
+        referee = watch.observer.referee
+        if referee is not None and referee.stamp_ns != stamp_ns:
+            started_ns = started_ns if stamp_ns else now_ns
+            stamp_ns, seen_ns = referee.stamp_ns, now_ns
+        watch.tell()
+        verdict = watch.processes() or over(watch.story, watch.scenario, watch.refuses)
+        verdict = verdict or late(stamp_ns > 0, (now_ns - started_ns) / 1e9, (now_ns - seen_ns) / 1e9, watch.scenario.time_limit_s)
+        if verdict is not None:
+            if verdict.code == 0:
+                stop.wait(END_SCREEN_S)
+            return verdict
+    return Verdict(INTERRUPTED, "stopped before the end")
 
 
-def _over(story: Story, scenario: Scenario, refuses: bool) -> str | None:
-    """None while the drive goes on; "" when it ended well; otherwise why it failed."""
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """What the supervisor looks at, and how it tells."""
+
+    story: Story
+    observer: Observer
+    people: Crew
+    console: Console
+    scenario: Scenario
+    refuses: bool  # a file is the camera: the hand-over has to be refused
+
+    def tell(self) -> None:
+        for line in self.story.look(self.observer.status, self.observer.referee):
+            self.console.print(f"{self.story.elapsed_s:6.1f} s  {line}")
+
+    def processes(self) -> Verdict | None:
+        """Tell of every process that ended, stopped or went on; the verdict when one of them ends the demo."""
+        for line in self.people.paused():
+            self.console.print(f"{self.story.elapsed_s:6.1f} s  {line}", style="yellow")
+        for ended in self.people.look_after():
+            self.console.print(f"{self.story.elapsed_s:6.1f} s  {told(ended)}", style="yellow")
+            if ended.name == "window" and ended.how == "exit 0":
+                return Verdict(INTERRUPTED, "the window was closed before the end")
+            if not ended.started_again and ended.name != "recorder":
+                return failed(told(ended))
+        return None
+
+
+def over(story: Story, scenario: Scenario, refuses: bool) -> Verdict | None:
+    """None while the drive goes on."""
     if story.collisions:
-        return "the car collided"
+        return failed("the car collided")
     if story.goal_reached:
-        return "the hand-over was granted although a file was the camera" if refuses and story.was_remote else ""
+        return failed("the hand-over was granted although a file was the camera") if refuses and story.was_remote else PASSED
     stood_s = 0.0 if story.stopped_since_s is None else story.elapsed_s - story.stopped_since_s
     if refuses and story.mode is Mode.STOPPED and stood_s > REFUSED_S:
-        return "" if story.refused and not story.was_remote else "the hand-over was not refused"
+        return PASSED if story.refused and not story.was_remote else failed("the hand-over was not refused")
     if story.elapsed_s > scenario.time_limit_s:
-        return f"the goal was not reached within {scenario.time_limit_s:g} s"
+        return failed(f"the goal was not reached within {scenario.time_limit_s:g} s")
     return None
 
 
-def _ends_the_demo(ended: Ended) -> bool:
-    """The world is gone, something is broken for good, or the person closed the window."""
-    return not ended.started_again and ended.name != "recorder"
+def late(started: bool, running_s: float, silent_s: float, limit_s: float) -> Verdict | None:
+    """What the supervisor's own clock says, when the world's cannot be heard: a stopped hub must not hold the demo for ever."""
+    if not started:
+        return (
+            failed("the simulated world did not start; see the logs in the session's folder")
+            if running_s > START_PATIENCE_S
+            else None
+        )
+    if silent_s > SILENT_S:
+        return failed(f"nothing was heard of the simulated world for {SILENT_S:g} s")
+    return failed(f"the goal was not reached within {limit_s:g} s") if running_s > limit_s + SILENT_S else None
 
 
-def _told(ended: Ended) -> str:
+def told(ended: Ended) -> str:
     return f"{ended.name} ended ({ended.how}){': started again' if ended.started_again else ''}"

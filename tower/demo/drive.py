@@ -13,12 +13,12 @@ from wire.settings import WireSettings
 LOOK_S = 0.2
 
 
-def run(config: Path, stop: threading.Event) -> int:
+def run(config: Path, stop: threading.Event, sessions: Path) -> int:
     """Until the window is closed or a signal comes. A process that dies is started again."""
     console = Console(highlight=False, soft_wrap=True)
     wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
     certificates.ensure(certificates.folder_of(wire.link.certificates))
-    folder = utc_folder(Path("sessions"))
+    folder = utc_folder(sessions)
     console.print(f"connecting to {wire.link.vehicle_id} at {wire.link.car_hub}; logs in {folder / 'logs'}")
     with crew(TOWER, config.resolve(), folder) as people:
         while not stop.wait(LOOK_S):

@@ -1,6 +1,7 @@
 """A link that looks on: connects on a thread of its own, so that whoever waits for a car's hub can do other things meanwhile."""
 
 import threading
+from contextlib import suppress
 
 from wire.clock import Clock
 from wire.latest import Latest
@@ -30,13 +31,10 @@ class Observer:
         self._thread.join(timeout=3.0)
 
     def _run(self) -> None:
-        try:
-            with open_link(self._settings, Role.CAR_OBSERVER, Clock(), self._stop) as link:
-                link.on("gateway_status", self._status.put)
-                link.on("referee", self._referee.put)
-                self._stop.wait()
-        except Stopped:
-            return
+        with suppress(Stopped), open_link(self._settings, Role.CAR_OBSERVER, Clock(), self._stop) as link:
+            link.on("gateway_status", self._status.put)
+            link.on("referee", self._referee.put)
+            self._stop.wait()
 
     @property
     def status(self) -> GatewayStatus | None:

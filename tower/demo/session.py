@@ -7,9 +7,13 @@ from typing import Any
 
 import tomli_w
 
+from haptics.settings import HapticsSettings
+from tower.settings import TowerSettings
 from wire import certificates
-from wire.configuration import ConfigurationError, read_tables, shipped
+from wire.configuration import ConfigurationError, read_sections, read_tables, shipped
+from wire.messages.vehicle import VehicleDescription
 from wire.scenario import read_scenario
+from wire.settings import WireSettings
 
 HOUR_NS = 3_600_000_000_000
 
@@ -42,7 +46,8 @@ def choose(base: Path, scenario: str, front_camera: str) -> dict[str, Any]:
     front_camera  a video file to play as the front camera; "" keeps the base's source
     """
     tables = read_tables(base)
-    found = find_scenario(scenario or _get(tables, "vehicle_gateway", "simulation").get("scenario", "closed_road.toml"))
+    read_sections(base, {"wire": WireSettings, "vehicle": VehicleDescription, "tower": TowerSettings, "haptics": HapticsSettings})
+    found = find_scenario(scenario or str(_get(tables, "vehicle_gateway", "simulation").get("scenario", "closed_road.toml")))
     _, road_map = read_scenario(found)
     _get(tables, "vehicle_gateway", "simulation")["scenario"] = str(found)
     _get(tables, "autonomy")["map"] = str(road_map.resolve())
@@ -82,5 +87,8 @@ def _own_group() -> str:
 def _get(tables: dict[str, Any], *names: str) -> dict[str, Any]:
     """The table at a path, made when absent."""
     for name in names:
-        tables = tables.setdefault(name, {})
+        inner = tables.setdefault(name, {})
+        if not isinstance(inner, dict):
+            raise ConfigurationError(f"[{'.'.join(names)}]: {name} = {inner!r} stands where a section belongs")
+        tables = inner
     return tables
