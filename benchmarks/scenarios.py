@@ -20,11 +20,12 @@ def drive(scenario: str) -> tuple[bool, str]:
             summary = json.loads((running.folder / "summary.json").read_text())
         except (RigError, OSError) as error:
             return False, str(error)
-    good = code == 0 and summary["goal_reached"] and summary["collisions"] == 0 and len(summary["takeovers"]) == 1
-    age, camera = summary["loop_age_ms"] or {}, summary["cameras"].get("front", {})
+    takeovers, age = len(summary["takeovers"]), summary["loop_age_ms"] or {}
+    good = code == 0 and summary["goal_reached"] and summary["collisions"] == 0 and takeovers == 1
+    fps = summary["cameras"].get("front", {}).get("fps", 0)
     return good, (
-        f"exit {code}, goal {summary['goal_reached']}, collisions {summary['collisions']}, take-overs {len(summary['takeovers'])}, "
-        f"{summary['drive_s']:.0f} s, loop age p50 {age.get('p50', 0):.0f} p99 {age.get('p99', 0):.0f} ms, {camera.get('fps', 0):.1f} fps"
+        f"exit {code}, goal {summary['goal_reached']}, collisions {summary['collisions']}, take-overs {takeovers}, "
+        f"{summary['drive_s']:.0f} s, loop age p50 {age.get('p50', 0):.0f} p99 {age.get('p99', 0):.0f} ms, {fps:.1f} fps"
     )
 
 

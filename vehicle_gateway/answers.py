@@ -4,7 +4,7 @@ from msgspec.structs import replace
 
 from vehicle_gateway.authority import Event
 from vehicle_gateway.hand_over import TakeView, refuse_hand_back, refuse_take
-from vehicle_gateway.lease import renew_epoch, request_lease
+from vehicle_gateway.lease import ECHO_AGE_MAX_NS, renew_epoch, request_lease
 from vehicle_gateway.measure import NEVER_MS, picture_ms
 from vehicle_gateway.state import GatewayLimits, State
 from wire.messages.sensing import CameraStatus
@@ -55,6 +55,9 @@ def _refuse(state: State, request: HandOverRequest, now_ns: int, vehicle: Vehicl
     mode = state.authority.mode
     if request.lease_epoch != state.lease.epoch or not state.lease.holder:
         return "no current lease: ask for it again"
+    age_ns = now_ns - request.echoed_vehicle_ns
+    if request.echoed_boot_id != state.boot_id or not 0 <= age_ns <= ECHO_AGE_MAX_NS:
+        return "the question is too old: ask again"
     if request.number <= state.question_number:
         return "this question was answered before"
     match request.action:
@@ -82,8 +85,7 @@ def _grant(state: State, request: HandOverRequest, now_ns: int) -> tuple[State, 
     state = replace(state, hand_over=hand_over, granted_ns=now_ns)
     if request.action is Action.HAND_BACK:  # no new epoch: were this answer lost, the operator would no longer drive
         return state, [Event.HAND_BACK_GRANTED]
-    returned = int(request.action is Action.RETURN)
-    return replace(state, lease=renew_epoch(state.lease), bounces=state.bounces + returned), [Event.TAKE_GRANTED]
+    return replace(state, lease=renew_epoch(state.lease)), [Event.TAKE_GRANTED]
 
 
 def hand_back_note(state: State, now_ns: int, limits: GatewayLimits) -> str:

@@ -10,6 +10,8 @@ from wire.messages.automation import Scene
 from wire.messages.base import Angle, Length, Message, Position, TimeNs
 
 CORRIDOR_AGE_MAX_NS = 1_000_000_000  # evidence older than this is no evidence (ten scenes at 10 Hz)
+USABLE_NS = 6_000_000_000  # and older than this no guide either: a stop from 30 km/h takes 4 s, dead reckoning drifts
+BESIDE_MAX_M = 1.5  # from its nearest point (they lie 1 m apart): farther, the operator went another way
 LOOK_AHEAD_MIN_M = 3.0  # about one wheelbase: shorter oscillates
 LOOK_AHEAD_S = 0.8
 
@@ -52,6 +54,13 @@ def keep_corridor(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_r
 class Pursuit(Message):
     road_wheel_angle_rad: Angle
     remaining_m: Length  # along the corridor
+
+
+def usable(corridor: Corridor, odometry: Odometry, speed_m_s: float, now_ns: int) -> bool:
+    """Whether the corridor says anything about where this car is now: not too old, not beside it, not driving backwards."""
+    if not corridor.points or speed_m_s < 0.0 or now_ns - corridor.checked_ns > USABLE_NS:
+        return False
+    return min(hypot(x - odometry.x_m, y - odometry.y_m) for x, y in corridor.points) <= BESIDE_MAX_M
 
 
 def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m: float) -> Pursuit | None:

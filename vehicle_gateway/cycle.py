@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from vehicle_gateway.answers import answer_hand_overs, answer_leases
 from vehicle_gateway.authority import Event, Source, brakes_held, driving_source, next_authority
-from vehicle_gateway.corridor import pursue
+from vehicle_gateway.corridor import pursue, usable
 from vehicle_gateway.events import happened
 from vehicle_gateway.failsafe import RULES, Cause
 from vehicle_gateway.gate import gate
@@ -19,6 +19,7 @@ from vehicle_gateway.safe_stop import WALKING_M_S, safe_stop, speed_for_distance
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State, open_request
 from wire.messages.base import Gear
 from wire.messages.operating import DriveCommand
+from wire.messages.session import Action
 from wire.messages.vehicle import Actuation, HandOver, Mode, VehicleDescription
 
 HOLD_M_S2 = -2.0  # holds the car on a slope of 20 %
@@ -87,7 +88,8 @@ def cap_of(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> 
 
 def corridor_speed_m_s(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> float:
     """So fast that a blind stop stays inside the corridor that was checked last; no bound where there is none."""
-    pursuit = pursue(state.corridor, state.odometry, speed_of(state), vehicle.wheelbase_m) if state.corridor.points else None
+    known = usable(state.corridor, state.odometry, speed_of(state), state.now_ns)
+    pursuit = pursue(state.corridor, state.odometry, speed_of(state), vehicle.wheelbase_m) if known else None
     if pursuit is None:
         return NO_CAP_M_S
     stop, lost_s = limits.safe_stop, limits.failsafe.command_lost_ms / 1e3
@@ -138,7 +140,8 @@ def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayL
         fields["hand_over"] = _ended(state, "expired")
     elif state.authority.mode in (Mode.HANDING_OVER, Mode.HANDING_BACK):
         fields["hand_over"] = _ended(state, "aborted")
-    if event is Event.TAKEOVER_NEEDED and now_ns < state.guard_until_ns:
+    returned = event is Event.TAKE_COMMITTED and state.hand_over.action == Action.RETURN
+    if returned or (event is Event.TAKEOVER_NEEDED and now_ns < state.guard_until_ns):
         fields["bounces"] = state.bounces + 1
     if mode is Mode.SAFE_STOP:
         fields["bounces"] = 0

@@ -31,12 +31,14 @@ def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool)
     touched = bool(state.override_since_ns) and (now_ns - state.override_since_ns) / 1e6 >= limits.authority.override_ms
     left = bool(state.seat_left_ns) and (now_ns - state.seat_left_ns) / 1e6 >= limits.authority.seat_left_ms
     moving = abs(feedback.speed_m_s) >= limits.authority.standstill_m_s
+    drove_on = started and moving and state.was_local  # the person drove before we died
     free = feedback.release_button and not is_overridden(state, limits.authority)
     return {
         Event.EMERGENCY_BUTTON: feedback.emergency_button,
-        Event.LOCAL_OVERRIDE: feedback.seat_occupied and (touched or (started and moving)),
+        Event.LOCAL_OVERRIDE: feedback.seat_occupied and (touched or drove_on),
         Event.LOCAL_UNCLEAR: not feedback.seat_occupied and (touched or (mode is Mode.LOCAL_DRIVER and moving and left)),
-        Event.FAULT: (started and moving and not feedback.seat_occupied) or state.bounces >= limits.hand_over.bounces_max,
+        Event.FAULT: (started and moving and not (drove_on and feedback.seat_occupied))
+        or state.bounces >= limits.hand_over.bounces_max,
         Event.STANDSTILL: not moving,
         Event.EMERGENCY_RELEASED: not feedback.emergency_button and feedback.release_button,
         Event.LOCAL_RELEASED: mode is Mode.LOCAL_DRIVER and free,

@@ -95,6 +95,8 @@ class Gateway:
         deadline_ns = self._clock.now_ns()
         try:
             while not stop.is_set():
+                if not self._bus.reading:
+                    raise RuntimeError("the reader of the vehicle bus has died")  # started again, we hear the car again
                 now_ns, deadline_ns = self._wait(deadline_ns)
                 self._cycle(now_ns)
         except Exception:  # noqa: BLE001 - whatever it is: the car must stop, and the ECU does that when we are silent
@@ -131,11 +133,8 @@ class Gateway:
 
     def _answer(self, before: State, outputs: Outputs, lease_replies: list[Reply], hand_over_replies: list[Reply]) -> None:
         lease = self.state.lease
-        if lease.owner != before.lease.owner:
-            self._inbox.key = secrets.token_bytes(32)
-            self._inbox.guard = msgspec.structs.replace(self._inbox.guard, last_sequence=0)
-        if lease.epoch != self._inbox.guard.epoch:
-            self._inbox.guard = msgspec.structs.replace(self._inbox.guard, epoch=lease.epoch)
+        if lease != before.lease:
+            self._inbox.hold_to(lease.epoch, secrets.token_bytes(32) if lease.owner != before.lease.owner else None)
         for reply, lease_answer in zip(lease_replies, outputs.lease_replies, strict=True):
             reply(lease_reply_with_key(lease_answer, self._inbox.key))
         for reply, answer in zip(hand_over_replies, outputs.hand_over_replies, strict=True):
@@ -180,7 +179,9 @@ def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_
         authority = msgspec.structs.replace(state.authority, mode=Mode.SAFE_STOP, origin=Mode.SAFE_STOP)  # which stands, or stops
         state = msgspec.structs.replace(state, authority=authority, cause="stopped before the gateway was restarted")
     stops = tuple(max(at - utc_minus_now_ns, 0) for at in remembered.stops_utc_ns)
-    return msgspec.structs.replace(state, engaged=remembered.engaged, stops=stops, stop_pressed=remembered.stop_pressed)
+    return msgspec.structs.replace(
+        state, engaged=remembered.engaged, stops=stops, stop_pressed=remembered.stop_pressed, was_local=remembered.local_driver
+    )
 
 
 def remember(state: State, epoch_reserved: int, utc_minus_now_ns: int) -> Remembered:
@@ -192,5 +193,6 @@ def remember(state: State, epoch_reserved: int, utc_minus_now_ns: int) -> Rememb
         stop_pressed=state.stop_pressed,
         stop_latched=mode in (Mode.SAFE_STOP, Mode.STOPPED),
         engaged=state.engaged,
+        local_driver=mode is Mode.LOCAL_DRIVER,
         stops_utc_ns=tuple(at + utc_minus_now_ns for at in state.stops),
     )

@@ -3,7 +3,10 @@
 import threading
 from collections import Counter
 from collections.abc import Callable
+from hashlib import sha256
 from typing import TypeVar
+
+import msgspec
 
 from vehicle_gateway.can.codec import FeedbackState, decode
 from vehicle_gateway.can.frame import Frame
@@ -30,6 +33,7 @@ class Inbox:
         self.wake = threading.Event()
         self.dropped: Counter[str] = Counter()
         self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
+        self._lock = threading.Lock()
         self.key = b""  # of the current lease; "" refuses everything
         self._command: Received[DriveCommand] | None = None
         self._feedback = FeedbackState()
@@ -47,14 +51,22 @@ class Inbox:
         link.serve_later("hand_over", self._on_hand_over)
 
     def _on_command(self, command: DriveCommand, received_ns: int) -> None:
-        genuine = bool(self.key) and is_genuine(command, self.key)
-        reason = refuse_command(command, self.guard, genuine, received_ns)
-        if reason:
-            self.dropped[reason] += 1
-            return
-        self.guard = CommandGuard(epoch=self.guard.epoch, boot_id=self.guard.boot_id, last_sequence=command.sequence)
+        with self._lock:
+            genuine = bool(self.key) and is_genuine(command, self.key)
+            reason = refuse_command(command, self.guard, genuine, received_ns)
+            if reason:
+                self.dropped[reason] += 1
+                return
+            self.guard = msgspec.structs.replace(self.guard, last_sequence=command.sequence)
         self._command = Received(command, received_ns)
         self.wake.set()
+
+    def hold_to(self, epoch: int, new_key: bytes | None) -> None:
+        """From now on only commands with this epoch; with a new key (a new holder) their sequence begins anew."""
+        with self._lock:
+            fresh = 0 if new_key is not None else self.guard.last_sequence
+            self.guard = msgspec.structs.replace(self.guard, epoch=epoch, last_sequence=fresh)
+            self.key = self.key if new_key is None else new_key
 
     def on_frame(self, frame: Frame, _: int) -> None:
         self._feedback, reason = decode(self._feedback, frame)
@@ -62,7 +74,8 @@ class Inbox:
             self.dropped[reason] += 1
 
     def _on_lease(self, request: LeaseRequest, reply: Reply) -> None:
-        self._leases.put((request, reply), 0)
+        hashed = sha256(request.session.encode()).hexdigest()[:32]  # whoever reads the recording could renew with the real one
+        self._leases.put((msgspec.structs.replace(request, session=hashed), reply), 0)
         self.wake.set()
 
     def _on_hand_over(self, request: HandOverRequest, reply: Reply) -> None:

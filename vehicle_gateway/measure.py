@@ -3,7 +3,7 @@
 from msgspec.structs import replace
 
 from vehicle_gateway.authority import RECEIVES, Source, driving_source
-from vehicle_gateway.corridor import advance, keep_corridor
+from vehicle_gateway.corridor import Corridor, advance, keep_corridor
 from vehicle_gateway.failsafe import Ages, active_causes
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
@@ -71,6 +71,8 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
         loop_age_ms=age_ms,
         cap=cap,
         odometry=odometry,
+        bounces=state.bounces if driving_source(state.authority) is not Source.AUTONOMY or now_ns < state.guard_until_ns else 0,
+        corridor=state.corridor if dt_s * 1e9 >= now_ns - state.now_ns - 1 else Corridor(),  # after a stall nobody knows where
         slow_since_ns=(state.slow_since_ns or now_ns) if slow else 0,
         healthy_since_ns=(state.healthy_since_ns or now_ns) if is_autonomy_fit(state, now_ns, limits) else 0,
         seat_left_ns=(state.seat_left_ns or now_ns) if feedback is not None and not feedback.seat_occupied else 0,

@@ -23,6 +23,7 @@ class Remembered(Message):
     stop_pressed: bool = False  # in the tower, and not cleared since
     stop_latched: bool = False  # SAFE_STOP or STOPPED: a restarted gateway does not drive off by itself
     engaged: bool = False
+    local_driver: bool = False
     stops_utc_ns: tuple[TimeNs, ...] = ()
 
 
@@ -55,6 +56,11 @@ def write(file: Path, remembered: Remembered) -> None:
         stream.flush()
         os.fsync(stream.fileno())
     new.replace(file)
+    folder = os.open(file.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)  # or a power cut may bring the old name back
+    finally:
+        os.close(folder)
 
 
 class Memory:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, pursue
+from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, pursue, usable
 from wire.messages.base import Indicators, Message
 from wire.messages.vehicle import Actuation, VehicleDescription
 
@@ -35,7 +35,7 @@ def safe_stop(
     previous  what was sent last cycle: the deceleration grows from there, and without a corridor its angle is held
     """
     fresh = now_ns - corridor.checked_ns <= CORRIDOR_AGE_MAX_NS
-    pursuit = pursue(corridor, odometry, speed_m_s, vehicle.wheelbase_m) if corridor.points else None
+    pursuit = pursue(corridor, odometry, speed_m_s, vehicle.wheelbase_m) if usable(corridor, odometry, speed_m_s, now_ns) else None
     if pursuit is None:
         angle, braking = previous.road_wheel_angle_rad, limits.braking_max_m_s2
     else:

@@ -87,6 +87,7 @@ class State(Message):
     autonomy_status_ns: TimeNs = 0
     healthy_since_ns: TimeNs = 0  # 0: not healthy
     engaged: bool = False
+    was_local: bool = False  # a person in the car drove when the gateway died
     cameras: dict[Name, CameraStatus] = {}
     pictures: dict[Name, Picture] = {}
     loop_ages: LoopAges = LoopAges()

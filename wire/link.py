@@ -13,14 +13,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import zenoh
 
 from wire import certificates
 from wire.access import access_control
 from wire.clock import Clock
 from wire.latest import EventQueue, Latest
-from wire.messages.base import Message, decoder, encode
+from wire.messages.base import UNDECODABLE, Message, decoder, encode
 from wire.settings import LinkSettings
 from wire.topics import CAR, QUERIES, TOPICS, Kind, Role, Travel, key
 
@@ -211,7 +210,7 @@ class Link:
         def receive(_: str, payload: bytes, received_ns: int) -> None:
             try:
                 message = decode(payload)
-            except msgspec.DecodeError:
+            except UNDECODABLE:
                 self.dropped[f"{name} undecodable"] += 1
                 return
             callback(message, received_ns)
@@ -243,7 +242,7 @@ class Link:
                     return decoder(query.reply).decode(bytes(answer.ok.payload))
         except zenoh.ZError:
             self.dropped["link closed"] += 1
-        except msgspec.DecodeError:
+        except UNDECODABLE:
             self.dropped[f"{name} reply undecodable"] += 1
         return None
 
@@ -261,18 +260,19 @@ class Link:
         A library thread that waited for the answer would hold up everything else that arrives over the same link.
         """
         expression, decode = key(self._vehicle_id, name), decoder(QUERIES[name].request).decode
+        priority, _, congestion = _TRAVEL[Travel.STATE]  # an answer never makes the one who gives it wait
 
         def receive(query: zenoh.Query) -> None:
             try:
                 request = decode(bytes(query.payload) if query.payload is not None else b"")
-            except msgspec.DecodeError:
+            except UNDECODABLE:
                 self.dropped[f"{name} undecodable"] += 1
                 query.drop()  # type: ignore[no-untyped-call]
                 return
 
             def reply(message: Message) -> None:
-                with query:
-                    query.reply(expression, encode(message))
+                with query, suppress(zenoh.ZError):  # whoever asked is gone
+                    query.reply(expression, encode(message), priority=priority, congestion_control=congestion, express=True)
 
             handler(request, reply)
 

@@ -274,7 +274,16 @@ class Drive:
         operator = operator or self.ann
         operator.number += 1
         self.tick(
-            hand_over_requests=(HandOverRequest(lease_epoch=operator.epoch, number=operator.number, action=action, sent_ns=0),)
+            hand_over_requests=(
+                HandOverRequest(
+                    lease_epoch=operator.epoch,
+                    number=operator.number,
+                    action=action,
+                    sent_ns=0,
+                    echoed_vehicle_ns=self.now,
+                    echoed_boot_id=self.state.boot_id,
+                ),
+            )
         )
         assert self.out is not None
         reply = self.out.hand_over_replies[0]
@@ -785,7 +794,17 @@ def test_a_grant_in_the_very_cycle_of_an_emergency_does_not_stay_granted():
 
 def test_each_question_gets_one_answer_and_two_at_once_are_not_both_granted():
     drive = autonomous()
-    two = tuple(HandOverRequest(lease_epoch=drive.ann.epoch, number=number, action=Action.TAKE, sent_ns=0) for number in (8, 9))
+    two = tuple(
+        HandOverRequest(
+            lease_epoch=drive.ann.epoch,
+            number=number,
+            action=Action.TAKE,
+            sent_ns=0,
+            echoed_vehicle_ns=drive.now,
+            echoed_boot_id=drive.state.boot_id,
+        )
+        for number in (8, 9)
+    )
     drive.tick(hand_over_requests=two)
     assert [reply.number for reply in drive.out.hand_over_replies] == [8, 9]
     assert [reply.outcome for reply in drive.out.hand_over_replies] == [Outcome.GRANTED, Outcome.REFUSED]
@@ -878,6 +897,37 @@ def test_after_five_silent_seconds_a_second_operator_takes_over_and_the_first_is
     drive.driver, drive.ann.silent = drive.ann, False
     drive.run(0.6)
     assert drive.mode is not M.REMOTE, "the old operator's commands kept the drive alive"
+
+
+def test_a_question_that_lay_about_while_the_gateway_slept_is_not_answered_with_a_yes():
+    drive = Drive(limits=LIMITS).run(0.3)
+    drive.lease()
+    drive.run(0.3)
+    old = HandOverRequest(
+        lease_epoch=drive.ann.epoch,
+        number=1,
+        action=Action.ENGAGE,
+        sent_ns=0,
+        echoed_vehicle_ns=drive.now - 600 * MS,
+        echoed_boot_id=drive.state.boot_id,
+    )
+    for stale in (old, replace(old, number=2, echoed_vehicle_ns=drive.now, echoed_boot_id="another boot")):
+        drive.tick(hand_over_requests=(stale,))
+        assert drive.out.hand_over_replies[0].outcome is Outcome.REFUSED
+        assert drive.mode is M.STANDBY
+
+
+def test_a_return_hours_after_another_is_no_second_bounce():
+    drive = handed_back(remote())
+    for _ in range(2):
+        drive.ann.throttle = 0.0
+        drive.run(0.1)
+        assert drive.ask(Action.RETURN).outcome is Outcome.GRANTED
+        drive.until(M.REMOTE, 0.3)
+        handed_back(drive).run(11.0)  # the guard has run out
+        assert drive.mode is M.AUTONOMOUS
+        taken(drive)
+        handed_back(drive)
 
 
 def test_what_the_former_operator_saw_and_held_does_not_count_for_the_next():
@@ -1168,10 +1218,22 @@ def test_a_gateway_that_starts_while_the_car_moves_stops_it_with_the_wheels_as_t
 
 
 def test_a_gateway_that_starts_while_a_person_drives_leaves_the_car_to_him():
-    drive = Drive(speed=5.0)
+    before = Drive(speed=5.0)
+    before.local |= {"seat_occupied": True, "driver_torque_nm": 5.0}
+    before.run(0.2)
+    again = recalled_state(remember(before.state, 2_000_000, 0), "second", before.now, 0)
+    drive = Drive(speed=5.0, state=again)
     drive.local |= {"seat_occupied": True}
     drive.run(0.2)
     assert drive.mode is M.LOCAL_DRIVER
+
+
+def test_somebody_in_the_seat_who_did_not_drive_before_is_no_driver_for_a_gateway_that_starts_while_moving():
+    drive = Drive(speed=4.0)
+    drive.local |= {"seat_occupied": True}
+    drive.run(0.1)
+    assert drive.mode is M.SAFE_STOP
+    drive.until(M.STOPPED, 5.0)
 
 
 def test_a_gateway_that_died_in_a_safe_stop_goes_on_stopping_the_moving_car():

@@ -151,7 +151,14 @@ class Tower:
     def ask(self, action: Action) -> Any:
         assert self.lease is not None
         self.number += 1
-        request = HandOverRequest(lease_epoch=self.lease.epoch, number=self.number, action=action, sent_ns=1)
+        request = HandOverRequest(
+            lease_epoch=self.lease.epoch,
+            number=self.number,
+            action=action,
+            sent_ns=1,
+            echoed_vehicle_ns=self.status.stamp_ns,
+            echoed_boot_id=self.status.boot_id,
+        )
         reply = self.link.ask("hand_over", sign(request, bytes.fromhex(self.lease.key_hex)), 1.0)
         if reply is not None and reply.outcome is Outcome.GRANTED:
             self.lease = msgspec.structs.replace(self.lease, epoch=reply.lease_epoch)

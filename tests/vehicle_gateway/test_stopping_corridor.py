@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, pursue
+from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, pursue, usable
 from wire.messages.automation import Scene
 
 WHEELBASE = 2.7
@@ -137,3 +137,13 @@ def test_no_corridor_asks_for_more_than_a_right_angle_or_for_no_number(points, h
     if found is not None:
         assert abs(found.road_wheel_angle_rad) < pi / 2
         assert 0.0 < found.remaining_m < 1e5
+
+
+def test_a_corridor_guides_nobody_when_it_is_old_beside_the_car_behind_its_back_or_empty():
+    ahead = Corridor(points=tuple((float(x), 0.0) for x in range(30)), checked_ns=NOW)
+    assert usable(ahead, Odometry(), 5.0, NOW + 5 * 10**9)
+    assert not usable(ahead, Odometry(), 5.0, NOW + 7 * 10**9)
+    assert usable(ahead, Odometry(x_m=3.5, y_m=1.4), 5.0, NOW)
+    assert not usable(ahead, Odometry(x_m=3.5, y_m=1.6), 5.0, NOW)
+    assert not usable(ahead, Odometry(), -0.5, NOW)
+    assert not usable(Corridor(points=(), checked_ns=NOW), Odometry(), 5.0, NOW)

@@ -59,7 +59,15 @@ def step(state: HandOverState, seen: HandOverInputs, now_ns: int) -> tuple[HandO
         return state, None
     number = state.number + 1
     asked = replace(state, wish=None, asked=wish, number=number, note=f"{_words(wish)}: asked")
-    return asked, HandOverRequest(lease_epoch=seen.lease_epoch, number=number, action=wish, sent_ns=now_ns)
+    heard = (seen.status.stamp_ns, seen.status.boot_id) if seen.status else (0, "")
+    return asked, HandOverRequest(
+        lease_epoch=seen.lease_epoch,
+        number=number,
+        action=wish,
+        sent_ns=now_ns,
+        echoed_vehicle_ns=heard[0],
+        echoed_boot_id=heard[1],
+    )
 
 
 def answered(state: HandOverState, reply: HandOverReply | None, now_ns: int) -> HandOverState:

@@ -10,7 +10,7 @@ from wire.messages.session import LeaseReply, LeaseRequest
 from wire.messages.vehicle import GatewayStatus
 
 RETRY_NS = 1_000_000_000
-RENEW_NS = 5_000_000_000
+RENEW_NS = 1_500_000_000
 MISMATCH_NS = 300_000_000  # a status that was under way when the epoch changed is younger than this
 MISMATCH_RETRY_NS = 500_000_000
 

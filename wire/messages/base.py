@@ -65,6 +65,7 @@ class Indicators(StrEnum):
     RIGHT = "right"
 
 
+UNDECODABLE = (msgspec.DecodeError, UnicodeDecodeError)  # the second for text that is not UTF-8
 _ENCODER = msgspec.json.Encoder()
 
 
@@ -74,5 +75,5 @@ def encode(message: Message) -> bytes:
 
 
 def decoder(message_type: type[M]) -> "msgspec.json.Decoder[M]":
-    """A reusable decoder. Its `decode(bytes)` raises msgspec.DecodeError (ValidationError included) on anything wrong."""
+    """A reusable decoder. Its `decode(bytes)` raises one of UNDECODABLE on anything wrong."""
     return msgspec.json.Decoder(message_type)

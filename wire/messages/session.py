@@ -43,6 +43,8 @@ class HandOverRequest(Message):
     number: Count  # the tower's own count: an answer belongs to its question
     action: Action
     sent_ns: TimeNs
+    echoed_vehicle_ns: TimeNs = 0  # vehicle clock: newest GatewayStatus known when it was asked; an old question is refused
+    echoed_boot_id: Name = ""
     hmac: Hmac = ""
 
 
