@@ -48,19 +48,21 @@ def recall(file: Path) -> Remembered:
 
 
 def write(file: Path, remembered: Remembered) -> None:
-    """Whole or not at all: a new file is synced, then takes the old one's place."""
+    """Whole or not at all. First so that it outlives this process, which takes microseconds; then, synced, a power cut."""
     file.parent.mkdir(parents=True, exist_ok=True)
     new = file.with_suffix(".new")
-    with new.open("wb") as stream:
-        stream.write(encode(remembered))
-        stream.flush()
-        os.fsync(stream.fileno())
+    new.write_bytes(encode(remembered))
     new.replace(file)
-    folder = os.open(file.parent, os.O_RDONLY)
+    for place in (file, file.parent):
+        _sync(place)
+
+
+def _sync(place: Path) -> None:
+    descriptor = os.open(place, os.O_RDONLY)
     try:
-        os.fsync(folder)  # or a power cut may bring the old name back
+        os.fsync(descriptor)
     finally:
-        os.close(folder)
+        os.close(descriptor)
 
 
 class Memory:

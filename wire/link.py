@@ -236,7 +236,15 @@ class Link:
         """The reply to a query, or None when nobody answered in time. Blocks: never in a control loop."""
         query = QUERIES[name]
         try:
-            answers = self._session.get(key(self._vehicle_id, name), payload=encode(request), timeout=timeout_s)
+            priority, _, congestion = _TRAVEL[Travel.STATE]  # the answer travels as the question does: nobody waits to give it
+            answers = self._session.get(
+                key(self._vehicle_id, name),
+                payload=encode(request),
+                timeout=timeout_s,
+                priority=priority,
+                congestion_control=congestion,
+                express=True,
+            )
             for answer in answers:
                 if answer.ok is not None:
                     return decoder(query.reply).decode(bytes(answer.ok.payload))
@@ -260,7 +268,6 @@ class Link:
         A library thread that waited for the answer would hold up everything else that arrives over the same link.
         """
         expression, decode = key(self._vehicle_id, name), decoder(QUERIES[name].request).decode
-        priority, _, congestion = _TRAVEL[Travel.STATE]  # an answer never makes the one who gives it wait
 
         def receive(query: zenoh.Query) -> None:
             try:
@@ -272,7 +279,7 @@ class Link:
 
             def reply(message: Message) -> None:
                 with query, suppress(zenoh.ZError):  # whoever asked is gone
-                    query.reply(expression, encode(message), priority=priority, congestion_control=congestion, express=True)
+                    query.reply(expression, encode(message))
 
             handler(request, reply)
 
