@@ -1,6 +1,5 @@
 """`recordings record | info | recover`. What a person can fix is told in one line, exit code 2, no traceback."""
 
-import logging
 import sys
 import threading
 from collections.abc import Callable
@@ -31,7 +30,6 @@ app = typer.Typer(
 @app.command()
 def record(config: Annotated[Path, typer.Option(help="the configuration of the drive")] = _DEFAULT) -> None:
     """Record every recorded topic at the car's hub until SIGINT or SIGTERM; then write summary.json beside it."""
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     raise typer.Exit(_told(lambda: run_until_stopped(_record, config, BEHIND_CONTROL)))
 
 
