@@ -1,6 +1,5 @@
 """`recordings record | info | recover`. What a person can fix is told in one line, exit code 2, no traceback."""
 
-import logging
 import sys
 import threading
 from collections.abc import Callable
@@ -18,9 +17,10 @@ from recordings.recorder import record as record_until
 from recordings.recover import Part, default_output, examine
 from recordings.recover import recover as write_recovered
 from recordings.summary import Summary, summarize
-from wire.configuration import shipped
+from wire.configuration import ConfigurationError, read_sections, shipped
 from wire.messages.base import encode
 from wire.process import BEHIND_CONTROL, USER_ERROR, run_until_stopped
+from wire.settings import WireSettings
 
 _DEFAULT = shipped("simulated.toml")
 app = typer.Typer(
@@ -31,26 +31,27 @@ app = typer.Typer(
 @app.command()
 def record(config: Annotated[Path, typer.Option(help="the configuration of the drive")] = _DEFAULT) -> None:
     """Record every recorded topic at the car's hub until SIGINT or SIGTERM; then write summary.json beside it."""
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     raise typer.Exit(_told(lambda: run_until_stopped(_record, config, BEHIND_CONTROL)))
 
 
 @app.command()
 def info(
-    recording: Annotated[Path, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")],
+    recording: Annotated[Path | None, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")] = None,
+    config: Annotated[Path | None, typer.Option(help="instead of a recording: the configuration of its session")] = None,
     json: Annotated[bool, typer.Option("--json", help="the summary as JSON, and nothing else")] = False,
 ) -> None:
     """Sum up a recording."""
-    raise typer.Exit(_told(lambda: _info(recording, json)))
+    raise typer.Exit(_told(lambda: _info(_named(recording, config), json)))
 
 
 @app.command()
 def recover(
-    recordings: Annotated[list[Path], typer.Argument(help="a truncated file, or the parts of one drive")],
+    recordings: Annotated[list[Path] | None, typer.Argument(help="a truncated file, or the parts of one drive")] = None,
+    config: Annotated[Path | None, typer.Option(help="instead of recordings: the configuration of their session")] = None,
     output: Annotated[Path | None, typer.Option(help="default: NAME.recovered.mcap")] = None,
 ) -> None:
     """Save every complete message of a truncated recording, or join the parts of one drive; the originals are kept."""
-    raise typer.Exit(_told(lambda: _recover(recordings, output)))
+    raise typer.Exit(_told(lambda: _recover(recordings or [_named(None, config)], output)))
 
 
 def main() -> None:
@@ -61,9 +62,19 @@ def _told(run: Callable[[], int]) -> int:
     """The exit code of `run`; a RecordingError is told in one line."""
     try:
         return run()
-    except RecordingError as error:
+    except (RecordingError, ConfigurationError) as error:
         print(error, file=sys.stderr)
         return USER_ERROR
+
+
+def _named(recording: Path | None, config: Path | None) -> Path:
+    """The recording that was named, or the one of the session whose configuration was."""
+    if recording is not None:
+        return recording
+    if config is None:
+        raise RecordingError("name a recording, like sessions/.../drive.mcap, or its session: --config sessions/.../session.toml")
+    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+    return Path(wire.session.folder) / "drive.mcap"
 
 
 def _record(config: Path, stop: threading.Event) -> int:

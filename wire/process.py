@@ -1,5 +1,6 @@
 """Life of a process: asked to stop by SIGINT or SIGTERM, one clear line for an error the user can fix."""
 
+import logging
 import os
 import signal
 import sys
@@ -26,6 +27,9 @@ def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path,
     """
     if niceness and hasattr(os, "nice"):
         os.nice(niceness)
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s", stream=sys.stderr)
+    for chatty in ("aioice", "aiortc"):
+        logging.getLogger(chatty).setLevel(logging.WARNING)
     stop = threading.Event()
 
     def asked(*_: object) -> None:

@@ -28,7 +28,6 @@ class Role(StrEnum):
 CAR = frozenset({Role.VEHICLE_HUB, Role.VIDEO, Role.SIMULATE, Role.AUTONOMY, Role.RECORDER, Role.CAR_OBSERVER})
 TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW})
 COCKPITS = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT})
-EVERYBODY = frozenset(Role)
 
 
 class Travel(StrEnum):
@@ -104,7 +103,7 @@ TOPICS: dict[str, Topic] = {
             operating.OperatorStatus,
             20,
             COCKPITS,
-            {R.VEHICLE_HUB, R.WINDOW, R.CAR_OBSERVER},
+            {R.WINDOW},
             T.STATE,
         ),
         _topic("window_status", operating.WindowStatus, 30, R.WINDOW, COCKPITS, T.STATE),
@@ -112,7 +111,7 @@ TOPICS: dict[str, Topic] = {
         _topic("clock_ping", operating.ClockPing, 5, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND, recorded=False),
         # car -> tower
         _topic("clock_pong", operating.ClockPong, 5, R.VEHICLE_HUB, COCKPITS, T.COMMAND, recorded=False),
-        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW, R.AUTONOMY}, T.COMMAND),
+        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW}, T.COMMAND),
         _topic(
             "gateway_status",
             vehicle.GatewayStatus,
@@ -126,13 +125,13 @@ TOPICS: dict[str, Topic] = {
             vehicle.VehicleDescription,
             1,
             R.VEHICLE_HUB,
-            COCKPITS | {R.WINDOW, R.AUTONOMY},
+            COCKPITS | {R.WINDOW},
             T.BULK,
         ),
         _topic("autonomy_status", automation.AutonomyStatus, 20, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW}, T.STATE),
         _topic("scene", automation.Scene, 10, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW} | COCKPITS, T.BULK),
         _topic("road_map", automation.RoadMap, 1, R.AUTONOMY, {R.WINDOW} | COCKPITS, T.BULK),
-        _topic("camera_status", sensing.CameraStatus, 5, R.VIDEO, {R.VEHICLE_HUB, R.WINDOW}, T.STATE),
+        _topic("camera_status", sensing.CameraStatus, 5, R.VIDEO, {R.VEHICLE_HUB}, T.STATE),
         # inside the car
         _topic("autonomy_command", automation.AutonomyCommand, 100, R.AUTONOMY, {R.VEHICLE_HUB}, T.COMMAND),
         _topic("imu", sensing.Imu, 100, R.SIMULATE, {R.AUTONOMY}, T.STATE),
@@ -144,7 +143,7 @@ TOPICS: dict[str, Topic] = {
         _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
         # both sites
-        _topic("car_health", health.LoopHealth, 1, CAR, {R.CAR_OBSERVER}, T.STATE, K.EVENT),
+        _topic("car_health", health.LoopHealth, 1, CAR, set(), T.STATE, K.EVENT),
         _topic("tower_health", health.LoopHealth, 1, TOWER, set(), T.STATE, K.EVENT),
     )
 }

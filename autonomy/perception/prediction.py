@@ -27,9 +27,6 @@ class OnRoad:
     def station_after(self, dt_s: float) -> float:
         return self.station_m + self.station_rate_m_s * dt_s
 
-    def offset_after(self, dt_s: float) -> float:
-        return self.offset_m + self.offset_rate_m_s * dt_s
-
 
 def on_road(track: Track, road: Road, near_station_m: float) -> OnRoad:
     """near_station_m  of the car: a road may pass near itself."""

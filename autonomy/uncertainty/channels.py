@@ -25,7 +25,6 @@ from autonomy.planning.route import Lane
 from wire.messages.base import Message
 
 Positive = Annotated[float, Meta(gt=0.0, le=1000.0)]
-CHANNELS = ("planner", "map", "localization", "perception")
 CAUTION_AT_MOST = 0.7  # what is not relevant yet, or not enough alone
 
 

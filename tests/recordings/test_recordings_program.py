@@ -87,3 +87,19 @@ def test_a_wrong_configuration_is_one_line_and_exit_code_2(tmp_path: Path, text:
 def test_the_summary_stands_beside_its_recording() -> None:
     assert summary_path(Path("a/drive.mcap")) == Path("a/summary.json")
     assert summary_path(Path("a/drive-2.mcap")) == Path("a/summary-2.json")
+
+
+def test_a_session_s_configuration_names_its_recording_and_with_neither_the_fix_is_told(
+    recorded: Callable[..., Path], build: Any, tmp_path: Path
+) -> None:
+    recording = recorded(build.imu_rows(3))
+    folder = tmp_path / "session"
+    folder.mkdir()
+    (folder / "drive.mcap").write_bytes(recording.read_bytes())
+    config = folder / "session.toml"
+    config.write_text(f'[wire.session]\nfolder = "{folder}"\n')
+    assert json.loads(run("info", "--json", "--config", config).stdout)["recording"]["messages"] == 3
+    assert run("recover", "--config", config).exit_code == 0
+    nothing = run("info")
+    assert nothing.exit_code == 2
+    assert "--config" in nothing.stderr

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from tower.video.receiver import DecodedFrame, VideoReceiver
 from vehicle_gateway.video.encoder import Encoder
-from vehicle_gateway.video.loop_thread import loop_in_thread
 from vehicle_gateway.video.picture import Picture, from_bgr
 from vehicle_gateway.video.sender import video_sender
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
+from wire.loop_thread import loop_in_thread
 from wire.messages.base import Message
 from wire.messages.session import VideoAnswer, VideoOffer
 from wire.messages.vehicle import CameraCalibration

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tower.video.continuity import Continuity, follow
 from tower.video.reconnect import Session, Step, asked, delivered, next_step
-from tower.video.stamp import STAMP_UUID, Stamp, read_stamp
+from wire.stamp import STAMP_UUID, Stamp, read_stamp
 
 MS = 1_000_000
 

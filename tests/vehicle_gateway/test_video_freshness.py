@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tower.video.connection import user_data
-from tower.video.stamp import read_stamp
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.freshness import Freshness, judge
@@ -17,6 +16,7 @@ from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
 from wire.messages.vehicle import CameraCalibration
 from wire.picture import EncodedPicture
+from wire.stamp import read_stamp
 
 CAMERA = CameraCalibration(
     name="front",

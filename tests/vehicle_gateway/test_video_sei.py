@@ -7,9 +7,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tower.video.connection import user_data
-from tower.video.stamp import STAMP_UUID as READ_UUID
-from tower.video.stamp import read_stamp
-from vehicle_gateway.video.sei import END_OF_SEQUENCE, STAMP_UUID, Stamp, protect, stamp_nal
+from vehicle_gateway.video.sei import END_OF_SEQUENCE, protect, stamp_nal
+from wire.stamp import Stamp, read_stamp
 
 awkward = st.binary(max_size=64) | st.lists(st.sampled_from([0, 0, 0, 1, 2, 3, 4, 255]), max_size=64).map(bytes)
 
@@ -65,10 +64,6 @@ def test_a_picture_without_our_stamp_has_none_although_x264_wrote_a_message_of_i
     (frame,) = av.CodecContext.create("h264", "r").decode(av.Packet(CODED))
     assert any(b"x264" in message for message in user_data(frame))
     assert read_stamp(user_data(frame)) is None
-
-
-def test_both_sites_name_the_stamp_alike() -> None:
-    assert STAMP_UUID == READ_UUID
 
 
 def test_a_lone_end_of_sequence_decodes_to_nothing_and_disturbs_nothing() -> None:

@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from tower.video.connection import receiving_connection, take_answer, user_data
 from tower.video.continuity import Continuity, follow
-from tower.video.loop_thread import loop_in_thread
 from tower.video.reconnect import Session, Step, asked, delivered, next_step
-from tower.video.stamp import read_stamp
 from wire.clock import Clock
+from wire.loop_thread import loop_in_thread
 from wire.messages.base import Message
 from wire.messages.session import VideoOffer
+from wire.stamp import read_stamp
 
 log = logging.getLogger(__name__)
 _LOOK_S = 0.05  # how often the session is looked at

@@ -12,13 +12,14 @@ from collections.abc import Callable
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.freshness import Freshness, judge
 from vehicle_gateway.video.picture import Picture, Source
-from vehicle_gateway.video.sei import Stamp, stamp_nal
+from vehicle_gateway.video.sei import stamp_nal
 from wire.clock import Clock
 from wire.messages.health import LoopHealth
 from wire.messages.sensing import CameraStatus
 from wire.messages.vehicle import CameraCalibration
 from wire.pace import Lateness
 from wire.picture import EncodedPicture
+from wire.stamp import Stamp
 
 Deliver = Callable[[EncodedPicture, int], None]  # the picture, and the time it was ready
 _REPEAT_AFTER_S = 0.1  # a source that gives nothing is shown again at this interval (or 1.5 periods of a slower camera)

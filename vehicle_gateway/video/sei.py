@@ -5,22 +5,13 @@ Source: ITU-T H.264 (08/2021) 7.3.2.3.1 (SEI syntax), D.1.7 (user_data_unregiste
 """
 
 import re
-import struct
-from dataclasses import dataclass
-from uuid import UUID
 
-STAMP_UUID = UUID("a3c1f6e2-5d0b-4c8e-9b47-70d2e81c64fa").bytes  # also in tower.video.stamp, which reads it
+from wire.stamp import Stamp, stamp_payload
+
 END_OF_SEQUENCE = b"\x00\x00\x00\x01\x0a\x00"  # a lone NAL unit of type 10; the second byte is padding
-_BODY = struct.Struct(">QI")  # capture_ns (vehicle clock), sequence
 _START_CODE = b"\x00\x00\x00\x01"
 _NAL_SEI, _PAYLOAD_USER_DATA_UNREGISTERED, _RBSP_STOP = b"\x06", 5, b"\x80"
 _FORBIDDEN = re.compile(rb"\x00\x00(?=[\x00-\x03])")
-
-
-@dataclass(frozen=True, slots=True)
-class Stamp:
-    capture_ns: int
-    sequence: int
 
 
 def protect(rbsp: bytes) -> bytes:
@@ -33,6 +24,6 @@ def stamp_nal(stamp: Stamp) -> bytes:
 
     capture_ns 0..2**64-1 on the vehicle clock; sequence is taken modulo 2**32.
     """
-    payload = STAMP_UUID + _BODY.pack(stamp.capture_ns, stamp.sequence & 0xFFFFFFFF)
+    payload = stamp_payload(stamp)
     message = bytes([_PAYLOAD_USER_DATA_UNREGISTERED, len(payload)]) + payload + _RBSP_STOP
     return _START_CODE + _NAL_SEI + protect(message)

@@ -12,11 +12,11 @@ from typing import Any, Protocol
 
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
-from vehicle_gateway.video.loop_thread import loop_in_thread
 from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
+from wire.loop_thread import loop_in_thread
 from wire.messages.base import Message
 from wire.messages.vehicle import CameraCalibration
 from wire.pace import Pace

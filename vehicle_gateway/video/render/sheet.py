@@ -86,10 +86,6 @@ class Reduced:
         j = min(_halvings(columns_per_sample, COLUMN_HALVINGS), i + 1)
         return i, j, self._copies[i, j]
 
-    @property
-    def size_bytes(self) -> int:
-        return sum(copy.nbytes for copy in self._copies.values())
-
 
 def _halvings(texels: float, most: int) -> int:
     return int(min(max(np.log2(max(texels, 1e-6)) + 0.5, 0.0), most))

@@ -1,4 +1,4 @@
-"""An asyncio loop on a thread of its own: aiortc lives there, and nothing that computes."""
+"""An asyncio loop on a thread of its own: aiortc lives there, on both sites, and nothing that computes or draws."""
 
 import asyncio
 import threading

@@ -1,6 +1,6 @@
-"""Read the capture stamp out of a decoded picture. Pure.
+"""The capture stamp inside a picture: what the car writes and the tower reads. Pure.
 
-The car's sender writes it as H.264 SEI "user data unregistered" (ITU-T H.264 D.1.7) with our UUID; FFmpeg hands the
+It travels as H.264 SEI "user data unregistered" (ITU-T H.264 D.1.7) with our UUID; FFmpeg hands the
 payload on, free of emulation prevention. x264 puts a message of its own into the first picture: only ours counts.
 """
 
@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from uuid import UUID
 
-STAMP_UUID = UUID("a3c1f6e2-5d0b-4c8e-9b47-70d2e81c64fa").bytes  # also in vehicle_gateway.video.sei, which writes it
+STAMP_UUID = UUID("a3c1f6e2-5d0b-4c8e-9b47-70d2e81c64fa").bytes
 _BODY = struct.Struct(">QI")  # capture_ns (vehicle clock), sequence
 
 
@@ -17,6 +17,11 @@ _BODY = struct.Struct(">QI")  # capture_ns (vehicle clock), sequence
 class Stamp:
     capture_ns: int
     sequence: int
+
+
+def stamp_payload(stamp: Stamp) -> bytes:
+    """The SEI payload: UUID, capture time, sequence modulo 2**32."""
+    return STAMP_UUID + _BODY.pack(stamp.capture_ns, stamp.sequence & 0xFFFFFFFF)
 
 
 def read_stamp(messages: Iterable[bytes]) -> Stamp | None:
