@@ -15,8 +15,8 @@ from wire.link import LinkError, Stopped
 USER_ERROR = 2  # exit code for what the user can fix
 
 
-BEHIND_CONTROL = 5  # niceness of what draws or records: a control loop beside it goes first
-BEHIND_ALL = 10  # and of what renders and encodes: cameras lose frames before anything else loses time
+BEHIND_CONTROL = 2  # niceness of what draws or records: a control loop beside it goes first
+BEHIND_ALL = 5  # and of what renders and encodes: cameras lose frames before anything else loses time
 
 
 def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path, niceness: int = 0) -> int:
