@@ -7,6 +7,7 @@ import os
 from datetime import UTC, datetime, timedelta
 from ipaddress import ip_address
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
@@ -59,6 +60,26 @@ def ensure(folder: Path) -> bool:
     return True
 
 
+def make_if_none(folder: Path) -> bool:
+    """Make everything in a folder that is empty or not there; leave any other as it is. True when something was made.
+
+    Several programs may start at once: the folder appears whole, and the first one wins.
+    """
+    if folder.is_dir() and any(folder.iterdir()):
+        return False
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as place:
+            made = Path(place) / folder.name
+            make(made)
+            os.rename(made, folder)  # onto nothing or an empty folder; onto another's certificates it fails
+    except OSError as error:
+        if folder.is_dir() and not missing(folder):
+            return False
+        raise _unwritable(folder, error) from None
+    return True
+
+
 def make(folder: Path) -> None:
     """A new authority and a certificate for every role. Raises CertificateError when the folder cannot be written."""
     try:
@@ -68,9 +89,13 @@ def make(folder: Path) -> None:
         for role in Role:
             _write(folder, role, *_issue(role, authority_key, authority))
     except OSError as error:
-        raise CertificateError(
-            f"{folder}: cannot write certificates: {error}; choose another folder with [wire.link] certificates"
-        ) from None
+        raise _unwritable(folder, error) from None
+
+
+def _unwritable(folder: Path, error: OSError) -> CertificateError:
+    return CertificateError(
+        f"{folder}: cannot write certificates: {error.strerror}; choose another folder with [wire.link] certificates"
+    )
 
 
 def _write(folder: Path, name: str, key: ec.EllipticCurvePrivateKey, certificate: x509.Certificate) -> None:

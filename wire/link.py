@@ -5,6 +5,7 @@ and counted by reason. Nothing here decides anything. Facts and measurements beh
 """
 
 import json
+import logging
 import sys
 import threading
 from collections import Counter
@@ -22,6 +23,8 @@ from wire.latest import EventQueue, Latest
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
 from wire.settings import LinkSettings
 from wire.topics import CAR, QUERIES, TOPICS, Kind, Role, Travel, key
+
+log = logging.getLogger(__name__)
 
 _OPEN_TIMEOUT_MS = 1000  # how long one attempt to reach the hub may take before SIGTERM is looked at again
 _TRIES_BEFORE_TOLD = 5  # of about a second each
@@ -46,8 +49,13 @@ class Stopped(Exception):
 
 
 def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zenoh.Config:
-    """The Zenoh configuration of one process. Raises LinkError when certificates are missing."""
+    """The Zenoh configuration of one process. Raises LinkError when certificates are missing from a folder that holds some.
+
+    Where there are none at all the first program makes them: one command is enough to run on one machine.
+    """
     folder = certificates.folder_of(settings.certificates)
+    if certificates.make_if_none(folder):
+        log.info("made a local authority and certificates in %s", folder)
     for name in (f"{certificates.AUTHORITY}.pem", f"{role}.pem", f"{role}.key"):
         if not (folder / name).is_file():
             raise LinkError(f"{folder / name}: no such certificate; make them with: tower certificates")

@@ -1,6 +1,7 @@
 """Certificates: made once, whole, readable by their owner only, all under one authority, and renewed before they end."""
 
 import stat
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from wire.certificates import CertificateError, earliest_end, ensure, folder_of, make, missing
+from wire.certificates import CertificateError, earliest_end, ensure, folder_of, make, make_if_none, missing
 from wire.topics import Role
 
 
@@ -142,3 +143,26 @@ def test_a_folder_that_cannot_be_written_is_named_with_the_key_to_change(tmp_pat
 def test_the_user_s_folder_is_taken_when_none_is_set():
     assert folder_of("").parts[-2:] == ("remote-operation-tower", "certificates")
     assert folder_of("~/somewhere") == Path.home() / "somewhere"
+
+
+def test_many_programs_that_start_at_once_share_one_authority(tmp_path: Path):
+    place = tmp_path / "certificates"
+    with ThreadPoolExecutor(8) as pool:
+        made = list(pool.map(lambda _: make_if_none(place), range(8)))
+    assert made.count(True) == 1
+    assert missing(place) == ()
+    for role in Role:
+        certificate(place, role).verify_directly_issued_by(certificate(place, "authority"))
+    assert [file.name for file in tmp_path.iterdir()] == ["certificates"]
+
+
+def test_a_folder_that_holds_anything_is_left_alone(tmp_path: Path):
+    (tmp_path / "authority.pem").write_text("from another machine")
+    assert make_if_none(tmp_path) is False
+    assert [file.name for file in tmp_path.iterdir()] == ["authority.pem"]
+
+
+def test_a_file_where_the_folder_should_be_is_an_error_that_names_the_setting(tmp_path: Path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(CertificateError, match=r"\[wire.link\] certificates"):
+        make_if_none(tmp_path / "taken")

@@ -343,9 +343,17 @@ def test_a_taken_port_is_told_with_the_key_to_change(world: World):
 
 
 def test_missing_certificates_are_told_with_the_command_that_makes_them(tmp_path: Path):
+    (tmp_path / "authority.pem").write_text("the only one: somebody has begun to set this folder up")
     settings = LinkSettings(certificates=str(tmp_path))
     with pytest.raises(LinkError, match="tower certificates"), open_link(settings, Role.WINDOW, Clock(), threading.Event()):
         pass
+
+
+def test_where_there_are_no_certificates_the_first_program_makes_them(tmp_path: Path):
+    place = tmp_path / "new" / "certificates"
+    settings = LinkSettings(certificates=str(place), car_hub=free_ports(1)[0])
+    with open_link(settings, Role.VEHICLE_HUB, Clock(), threading.Event(), hub=True):
+        assert certificates.missing(place) == ()
 
 
 def test_a_topic_that_is_not_in_the_table_and_a_level_taken_for_an_event_are_errors(world: World):
