@@ -17,7 +17,7 @@ check: setup
 	$(BIN)/lint-imports
 
 faults: setup
-	$(BIN)/python -m benchmarks.faults --write benchmarks/results/faults.md $(ARGS)
+	$(BIN)/python -m benchmarks.faults $(ROW) $(ARGS)
 
 scenarios: setup
 	$(BIN)/python -m benchmarks.scenarios

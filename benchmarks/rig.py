@@ -57,9 +57,14 @@ class Drive:
                 ended = self.process.poll() is not None
                 raise RigError(
                     f"{'the demo ended' if ended else f'{patience_s:g} s passed'} before: {what}; mode {self.mode}, "
-                    f"logs in {self.folder}\n{(self.folder.parent / 'demo.log').read_text(errors='replace')[-2000:]}"
+                    f"logs in {self.folder}\n{self.said()[-2000:]}"
                 )
-            time.sleep(LOOK_S)
+            self.observer.news.wait(LOOK_S)
+            self.observer.news.clear()
+
+    def said(self) -> str:
+        """What the demo has printed so far."""
+        return (self.folder.parent / "demo.log").read_text(errors="replace")
 
     def end(self) -> int:
         """Ask the demo to end; its exit code."""

@@ -2,6 +2,8 @@
 
 import threading
 from contextlib import suppress
+from functools import partial
+from typing import TypeVar
 
 from wire.clock import Clock
 from wire.latest import Latest
@@ -10,6 +12,8 @@ from wire.messages.sensing import Referee
 from wire.messages.vehicle import GatewayStatus
 from wire.settings import LinkSettings
 from wire.topics import Role
+
+T = TypeVar("T")
 
 
 class Observer:
@@ -21,6 +25,7 @@ class Observer:
         self._thread = threading.Thread(target=self._run, name="observer", daemon=True)
         self._status: Latest[GatewayStatus] = Latest()
         self._referee: Latest[Referee] = Latest()
+        self.news = threading.Event()  # set by every message; whoever waits for it clears it
 
     def __enter__(self) -> "Observer":
         self._thread.start()
@@ -32,9 +37,13 @@ class Observer:
 
     def _run(self) -> None:
         with suppress(Stopped), open_link(self._settings, Role.CAR_OBSERVER, Clock(), self._stop) as link:
-            link.on("gateway_status", self._status.put)
-            link.on("referee", self._referee.put)
+            link.on("gateway_status", partial(self._heard, self._status))
+            link.on("referee", partial(self._heard, self._referee))
             self._stop.wait()
+
+    def _heard(self, slot: Latest[T], message: T, received_ns: int) -> None:
+        slot.put(message, received_ns)
+        self.news.set()
 
     @property
     def status(self) -> GatewayStatus | None:
