@@ -1,8 +1,8 @@
-# make demo | test | check | faults | scenarios | bench: each sets up .venv by itself.
+# make demo | test | check | faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check setup faults scenarios bench format clean
+.PHONY: demo test check setup faults test-foxglove scenarios bench format clean
 
 demo: setup
 	$(BIN)/tower demo $(ARGS)
@@ -18,6 +18,14 @@ check: setup
 
 faults: setup
 	$(BIN)/python -m benchmarks.faults $(ROW) $(ARGS)
+
+# Opens RECORDING (by default the newest drive) in Foxglove Studio in a real browser and decodes its video there.
+RECORDING ?= $(shell ls -t sessions/*/drive.mcap 2>/dev/null | head -n 1)
+test-foxglove:
+	@for program in node npm $${CHROMIUM:-chromium}; do command -v $$program >/dev/null || { echo "$$program is missing; install it: apt-get install nodejs npm chromium"; exit 1; }; done
+	@test -n "$(RECORDING)" || { echo "no recording in sessions/; make one: make demo, or name it: make test-foxglove RECORDING=FILE"; exit 1; }
+	@cd tests/foxglove && npm install --silent --no-audit --no-fund --no-package-lock --ignore-scripts
+	node tests/foxglove/open_recording.mjs "$(RECORDING)" "$(dir $(RECORDING))foxglove.png"
 
 scenarios: setup
 	$(BIN)/python -m benchmarks.scenarios
