@@ -203,6 +203,7 @@ def request_of(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescripti
             gear=Gear.DRIVE,
             acceleration_m_s2=state.autonomy.acceleration_m_s2,
             indicators=state.autonomy.indicators,
+            wipers=state.applied.wipers,  # it goes on raining when the driver changes
         )
     elif source is Source.OPERATOR and state.command is not None:
         asked = _of_operator(state.command, state, limits)
@@ -225,6 +226,8 @@ def _of_operator(command: DriveCommand, state: State, limits: GatewayLimits) -> 
         indicators=command.indicators,
         hazard=command.hazard or late,
         horn=command.horn,
+        lights=command.lights,
+        wipers=command.wipers,
     )
 
 

@@ -6,7 +6,7 @@ from vehicle_gateway.answers import hand_back_note, take_view
 from vehicle_gateway.hand_over import refuse_take
 from vehicle_gateway.measure import ages_of
 from vehicle_gateway.state import GatewayLimits, Outputs, State, open_request
-from wire.messages.base import Gear
+from wire.messages.base import Gear, Lights, Wipers
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription, VehicleState
 
 
@@ -50,6 +50,8 @@ def vehicle_state_of(state: State, outputs: Outputs, sequence: int, now_ns: int,
         yaw_rate_rad_s=feedback.yaw_rate_rad_s if feedback else 0.0,
         road_wheel_angle_rad=feedback.road_wheel_angle_rad if feedback else 0.0,
         gear=feedback.gear if feedback else Gear.PARK,
+        lights=feedback.lights if feedback else Lights.OFF,
+        wipers=feedback.wipers if feedback else Wipers.OFF,
         requested=outputs.requested,
         applied=outputs.applied,
         rules=outputs.rules,

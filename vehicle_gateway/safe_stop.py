@@ -51,6 +51,8 @@ def safe_stop(
         gear=previous.gear,
         indicators=Indicators.OFF,
         hazard=True,
+        lights=previous.lights,
+        wipers=previous.wipers,
     )
 
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from vehicle_gateway.can import actuator_codec, codec, ecu_codec
 from vehicle_gateway.can.actuator_codec import Demand, DemandState, PlantReport, PlantState, decode_demand, decode_plant
-from vehicle_gateway.can.codec import GEARS, INDICATORS, MODES, Feedback, FeedbackState, decode, encode_command
+from vehicle_gateway.can.codec import GEARS, INDICATORS, LIGHTS, MODES, WIPERS, Feedback, FeedbackState, decode, encode_command
 from vehicle_gateway.can.ecu_codec import CommandState, Controls, Motion, decode_command
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import PROTECTION, layouts
 from wire.configuration import shipped
-from wire.messages.base import Gear, Indicators, decoder, encode
+from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
 from wire.messages.vehicle import Actuation, Mode
 
 ANY_FLOAT = st.floats(allow_nan=True, allow_infinity=True)
@@ -90,6 +90,12 @@ def test_numbers_and_names_are_those_of_the_dbc():
         ("ACTUATION_COMMAND", "GEAR"): GEARS,
         ("DRIVE_STATE", "GEAR"): GEARS,
         ("BODY_COMMAND", "INDICATORS"): INDICATORS,
+        ("BODY_COMMAND", "LIGHTS"): LIGHTS,
+        ("BODY_COMMAND", "WIPERS"): WIPERS,
+        ("DRIVE_STATE", "LIGHTS"): LIGHTS,
+        ("DRIVE_STATE", "WIPERS"): WIPERS,
+        ("ACTUATOR_DEMAND", "LIGHTS"): LIGHTS,
+        ("ACTUATOR_DEMAND", "WIPERS"): WIPERS,
         ("ACTUATOR_DEMAND", "GEAR"): GEARS,
         ("ACTUATOR_DEMAND", "INDICATORS"): INDICATORS,
         ("PLANT_CONTROLS", "GEAR"): GEARS,
@@ -99,8 +105,9 @@ def test_numbers_and_names_are_those_of_the_dbc():
         assert [str(choices[number]) for number in range(len(names))] == [str(name) for name in names]
 
 
-def test_every_mode_gear_and_indicator_has_a_number():
+def test_every_mode_gear_indicator_light_and_wiper_has_a_number():
     assert (set(MODES), set(GEARS), set(INDICATORS)) == (set(Mode), set(Gear), set(Indicators))
+    assert (set(LIGHTS), set(WIPERS)) == (set(Lights), set(Wipers))
 
 
 def test_every_frame_has_its_own_data_id_and_no_signals_overlap():
@@ -130,13 +137,21 @@ def test_whatever_is_commanded_arrives_inside_the_limits_or_not_at_all(angle, ac
     assert state.command.acceleration_m_s2 == pytest.approx(sorted((-10.0, acceleration, 5.0))[1], abs=0.00051)
 
 
-@given(indicators=st.sampled_from(Indicators), hazard=st.booleans(), horn=st.booleans(), gear=st.sampled_from(Gear))
-def test_lights_horn_and_gear_arrive_as_commanded(indicators, hazard, horn, gear):
+@given(
+    indicators=st.sampled_from(Indicators),
+    hazard=st.booleans(),
+    horn=st.booleans(),
+    lights=st.sampled_from(Lights),
+    wipers=st.sampled_from(Wipers),
+    gear=st.sampled_from(Gear),
+)
+def test_lights_wipers_horn_and_gear_arrive_as_commanded(indicators, hazard, horn, lights, wipers, gear):
     state = CommandState()
-    for frame in encode_command(actuation(indicators=indicators, hazard=hazard, horn=horn, gear=gear), Mode.REMOTE, False, 3):
+    asked = actuation(indicators=indicators, hazard=hazard, horn=horn, lights=lights, wipers=wipers, gear=gear)
+    for frame in encode_command(asked, Mode.REMOTE, False, 3):
         state, reason = decode_command(state, frame)
         assert reason == ""
-    assert state.body[:3] == (indicators, hazard, horn)
+    assert state.body == (indicators, hazard, horn, lights, wipers)
     assert state.command.gear is gear
 
 
@@ -200,6 +215,13 @@ def test_a_timed_out_or_faulty_ecu_does_not_follow():
     assert following == {codec.FOLLOWING: True, codec.TIMED_OUT: False, codec.FAULT: False}
 
 
+@given(lights=st.sampled_from(Lights), wipers=st.sampled_from(Wipers))
+def test_the_car_says_which_lights_and_wipers_are_on(lights, wipers):
+    drive_state = ecu_codec.encode_drive_state(Gear.DRIVE, codec.FOLLOWING, False, 0, lights, wipers)
+    feedback = receive([drive_state, *feedback_frames(0)[1:]])[0].feedback
+    assert (feedback.lights, feedback.wipers) == (lights, wipers)
+
+
 def test_feedback_is_new_only_with_a_motion_frame():
     state, _ = receive(feedback_frames(0))
     later, reason = decode(state, ecu_codec.encode_controls(Controls(emergency_button=True), 1))
@@ -256,7 +278,7 @@ def test_foreign_frames_are_told_on_every_side():
     brake=st.floats(0, 12),
     gear=st.sampled_from(Gear),
     indicators=st.sampled_from(Indicators),
-    lamps=st.tuples(*[st.booleans()] * 4),
+    lamps=st.tuples(st.booleans(), st.booleans(), st.sampled_from(Lights), st.booleans(), st.sampled_from(Wipers)),
 )
 def test_a_demand_arrives_at_the_plant(angle, drive, brake, gear, indicators, lamps):
     sent = Demand(angle, drive, brake, gear, indicators, *lamps)

@@ -25,7 +25,7 @@ from vehicle_gateway.safe_stop import stopping_distance_m
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Outputs, State, initial_state
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt, Reason, Scene, TakeoverRequest
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
@@ -85,6 +85,7 @@ class Operator:
         self.epoch = self.sequence = self.number = 0
         self.silent = self.deaf = self.frozen = False  # deaf: no answer of the car reaches it
         self.dead_man, self.throttle, self.gear = True, 0.0, Gear.DRIVE
+        self.lights, self.wipers = Lights.LOW, Wipers.OFF
         self.steer: float | None = None  # None: as the car steers now
         self.loop_ms = 80
         self.seen: dict[str, int] = {}
@@ -109,6 +110,8 @@ class Operator:
             indicators=Indicators.OFF,
             hazard=False,
             horn=False,
+            lights=self.lights,
+            wipers=self.wipers,
             dead_man=self.dead_man,
         )
 
@@ -436,6 +439,28 @@ def test_the_whole_session_from_standby_to_the_car_driving_itself_again():
     assert drive.modes == [M.STANDBY, M.AUTONOMOUS, M.TAKEOVER_REQUESTED, M.HANDING_OVER, M.REMOTE, M.HANDING_BACK, M.AUTONOMOUS]
     assert drive.told().hand_over.state == "committed"
     assert drive.told().stops_in_ten_minutes == 0
+
+
+def test_wipers_go_on_when_the_automation_drives_again_and_its_lights_are_dipped():
+    drive = remote()
+    drive.ann.lights, drive.ann.wipers = Lights.HIGH, Wipers.FAST
+    drive.run(0.1)
+    assert (drive.out.applied.lights, drive.out.applied.wipers) == (Lights.HIGH, Wipers.FAST)
+    drive.run(2.0)
+    assert drive.ask(Action.HAND_BACK).outcome is Outcome.GRANTED
+    drive.until(M.AUTONOMOUS, 2.0)
+    drive.run(0.1)
+    assert (drive.out.applied.lights, drive.out.applied.wipers) == (Lights.LOW, Wipers.FAST)
+
+
+def test_a_safe_stop_leaves_lights_and_wipers_as_the_operator_had_them():
+    drive = remote()
+    drive.ann.lights, drive.ann.wipers = Lights.HIGH, Wipers.SLOW
+    drive.run(0.1)
+    drive.ann.silent = True
+    drive.run(0.6)
+    assert drive.mode is M.SAFE_STOP
+    assert (drive.out.applied.lights, drive.out.applied.wipers) == (Lights.HIGH, Wipers.SLOW)
 
 
 def test_a_gateway_that_hears_nothing_at_all_waits_in_standby_and_counts_no_stop():

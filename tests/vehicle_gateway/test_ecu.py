@@ -20,7 +20,7 @@ from vehicle_gateway.simulation.powertrain import ActuatorParameters, Car, car_p
 from vehicle_gateway.simulation.single_track import Body as CarBody
 from vehicle_gateway.simulation.single_track import ChassisParameters
 from wire.clock import Clock
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.vehicle import Actuation, Mode, VehicleDescription
 
 VEHICLE = VehicleDescription(
@@ -142,11 +142,13 @@ def test_with_a_local_driver_the_steering_gives_way_and_nothing_drives_but_a_com
 
 
 def test_lamps_are_those_commanded_until_it_brakes_on_its_own():
-    body = Body(Indicators.LEFT, False, True, True)
+    body = Body(Indicators.LEFT, False, True, Lights.HIGH, Wipers.SLOW)
     following = once(FOLLOWING_STATE, inputs(body=body))[1]
-    assert (following.indicators, following.hazard, following.horn, following.low_beam) == (Indicators.LEFT, False, True, True)
+    assert (following.indicators, following.hazard, following.horn) == (Indicators.LEFT, False, True)
     alone = once(FOLLOWING_STATE, inputs(age_ms=200, body=body))[1]
-    assert (alone.indicators, alone.hazard, alone.horn, alone.low_beam) == (Indicators.OFF, True, False, True)
+    assert (alone.indicators, alone.hazard, alone.horn) == (Indicators.OFF, True, False)
+    for demand in (following, alone):  # lamps and wipers stay as they were: it is dark, or rains, all the same
+        assert (demand.lights, demand.wipers) == (Lights.HIGH, Wipers.SLOW)
 
 
 def test_a_demand_of_zero_never_creeps_and_a_rolling_car_keeps_its_speed():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wire.messages.base import Gear, Indicators, decoder, encode
+from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
 from wire.messages.operating import DriveCommand
 from wire.messages.session import Action, HandOverRequest
 from wire.signature import is_genuine, sign
@@ -54,6 +54,8 @@ CHANGES = {
     "indicators": Indicators.OFF,
     "hazard": True,
     "horn": True,
+    "lights": Lights.OFF,
+    "wipers": Wipers.FAST,
     "dead_man": True,
     "hmac": "0" * 32,
 }

@@ -8,7 +8,7 @@ from math import isfinite
 
 from tower.cockpit.devices import Controls
 from tower.cockpit.pedals import PedalSettings, acceleration_m_s2
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import DriveCommand
 from wire.messages.vehicle import VehicleDescription
 
@@ -27,6 +27,8 @@ class Wanted:
     indicators: Indicators = Indicators.OFF
     hazard: bool = False
     horn: bool = False
+    lights: Lights = Lights.LOW
+    wipers: Wipers = Wipers.OFF
     dead_man: bool = False
 
 
@@ -82,6 +84,8 @@ def wanted(
         indicators=controls.indicators,
         hazard=controls.hazard,
         horn=controls.horn,
+        lights=controls.lights,
+        wipers=controls.wipers,
         dead_man=controls.dead_man,
     )
 
@@ -102,6 +106,8 @@ def built(want: Wanted, lease_epoch: int, sequence: int, stamps: Stamps) -> Driv
         indicators=want.indicators,
         hazard=want.hazard,
         horn=want.horn,
+        lights=want.lights,
+        wipers=want.wipers,
         dead_man=want.dead_man,
     )
 
@@ -121,4 +127,4 @@ def is_event(want: Wanted, sent: Wanted | None, steering_ratio: float) -> bool:
 
 
 def _switches(want: Wanted) -> tuple[object, ...]:
-    return want.gear, want.indicators, want.hazard, want.horn, want.dead_man
+    return want.gear, want.indicators, want.hazard, want.horn, want.lights, want.wipers, want.dead_man

@@ -11,7 +11,7 @@ from haptics.alignment import Phase
 from haptics.virtual_wheel import VirtualWheel
 from wire.latest import Received
 from wire.messages.automation import RoadMap, Scene
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import OperatorInput, WindowStatus
 from wire.messages.vehicle import GatewayStatus, VehicleDescription, VehicleState
 
@@ -60,6 +60,8 @@ class Controls:
     indicators: Indicators = Indicators.OFF
     hazard: bool = False
     horn: bool = False
+    lights: Lights = Lights.LOW
+    wipers: Wipers = Wipers.OFF
     presses: Presses = field(default_factory=Presses)
     sample_ns: int = 0  # tower clock: newest sample, changed or not; 0: none yet
     event_ns: int = 0  # tower clock: newest sample that changed something

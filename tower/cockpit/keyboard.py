@@ -122,6 +122,8 @@ class KeyboardDevice:
             gear=message.gear,
             indicators=message.indicators,
             hazard=message.hazard,
+            lights=message.lights,
+            wipers=message.wipers,
             throttle_reported=usable,
             brake_reported=usable,
         )
@@ -160,4 +162,6 @@ def _held(message: OperatorInput) -> tuple[object, ...]:
         message.indicators,
         message.hazard,
         message.horn,
+        message.lights,
+        message.wipers,
     )

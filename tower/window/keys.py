@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import msgspec
 
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import OperatorInput
 
 SHIFT_BELOW_M_S = 0.3  # architecture: gears change below it
@@ -33,6 +33,8 @@ class Control(StrEnum):
     RIGHT = "indicate right"
     HAZARD = "hazard lights"
     HORN = "horn"
+    LIGHTS = "lights: low, high, off"
+    WIPERS = "wipers: off, slow, fast"
     GEAR = "gear, at standstill"
     HELP = "these keys"
     FULL_SCREEN = "full screen"
@@ -62,6 +64,8 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(Control.RIGHT, "Period", (".",)),
     Binding(Control.HAZARD, "H", ("h",)),
     Binding(Control.HORN, "J", ("j",)),
+    Binding(Control.LIGHTS, "L", ("l",)),
+    Binding(Control.WIPERS, "V", ("v",)),
     Binding(Control.GEAR, "G", ("g",)),
     Binding(Control.HELP, "F1 or ?", ("f1", "?", "/")),
     Binding(Control.FULL_SCREEN, "F11", ("f11",)),
@@ -78,6 +82,10 @@ _COUNTERS = {
     Control.ENGAGE: "engage_presses",
 }
 _NEXT_GEAR = {Gear.DRIVE: Gear.REVERSE, Gear.REVERSE: Gear.NEUTRAL, Gear.NEUTRAL: Gear.PARK, Gear.PARK: Gear.DRIVE}
+
+
+_NEXT_LIGHTS = {Lights.LOW: Lights.HIGH, Lights.HIGH: Lights.OFF, Lights.OFF: Lights.LOW}
+_NEXT_WIPERS = {Wipers.OFF: Wipers.SLOW, Wipers.SLOW: Wipers.FAST, Wipers.FAST: Wipers.OFF}
 
 
 def released(now_ns: int) -> OperatorInput:
@@ -144,6 +152,10 @@ def _press(latched: OperatorInput, press: Control, standing: bool) -> OperatorIn
         return replace(latched, indicators=_toggled(latched.indicators, Indicators.RIGHT))
     if press is Control.HAZARD:
         return replace(latched, hazard=not latched.hazard)
+    if press is Control.LIGHTS:
+        return replace(latched, lights=_NEXT_LIGHTS[latched.lights])
+    if press is Control.WIPERS:
+        return replace(latched, wipers=_NEXT_WIPERS[latched.wipers])
     if press is Control.GEAR and standing:
         return replace(latched, gear=_NEXT_GEAR[latched.gear])
     return latched

@@ -8,11 +8,20 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from vehicle_gateway.can import e2e
-from vehicle_gateway.can.codec import GEAR_NUMBER, GEARS, INDICATORS, INDICATORS_NUMBER
+from vehicle_gateway.can.codec import (
+    GEAR_NUMBER,
+    GEARS,
+    INDICATORS,
+    INDICATORS_NUMBER,
+    LIGHTS,
+    LIGHTS_NUMBER,
+    WIPERS,
+    WIPERS_NUMBER,
+)
 from vehicle_gateway.can.ecu_codec import Controls, Motion
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import layouts
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 
 
 class Demand(NamedTuple):
@@ -25,8 +34,9 @@ class Demand(NamedTuple):
     indicators: Indicators = Indicators.OFF
     hazard: bool = False
     horn: bool = False
-    low_beam: bool = False
+    lights: Lights = Lights.OFF
     steering_free: bool = False  # a person steers, the actuator gives way
+    wipers: Wipers = Wipers.OFF
 
 
 class PlantReport(NamedTuple):
@@ -64,7 +74,11 @@ def encode_demand(demand: Demand, counter: int) -> Frame:
             demand.brake_m_s2,
             GEAR_NUMBER[demand.gear],
             INDICATORS_NUMBER[demand.indicators],
-            *demand[5:],
+            demand.hazard,
+            demand.horn,
+            LIGHTS_NUMBER[demand.lights],
+            demand.steering_free,
+            WIPERS_NUMBER[demand.wipers],
         ),
         counter,
     )
@@ -79,9 +93,18 @@ def decode_demand(state: DemandState, frame: Frame) -> tuple[DemandState, str]:
         state = replace(state, counter=e2e.counter_of(frame))
     if values is None:
         return state, reason
-    angle, drive, brake, gear, indicators, hazard, horn, low_beam, free = values
+    angle, drive, brake, gear, indicators, hazard, horn, lights, free, wipers = values
     demand = Demand(
-        angle, drive, brake, GEARS[int(gear)], INDICATORS[int(indicators)], bool(hazard), bool(horn), bool(low_beam), bool(free)
+        angle,
+        drive,
+        brake,
+        GEARS[int(gear)],
+        INDICATORS[int(indicators)],
+        bool(hazard),
+        bool(horn),
+        LIGHTS[int(lights)],
+        bool(free),
+        WIPERS[int(wipers)],
     )
     return replace(state, demand=demand), ""
 

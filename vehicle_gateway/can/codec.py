@@ -10,14 +10,16 @@ from dataclasses import dataclass, field, replace
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import layouts
-from wire.messages.base import Acceleration, Gear, Indicators, Message, Rate, Ratio, RoadWheelAngle, Speed
+from wire.messages.base import Acceleration, Gear, Indicators, Lights, Message, Rate, Ratio, RoadWheelAngle, Speed, Wipers
 from wire.messages.vehicle import Actuation, Mode
 
-__all__ = ["GEARS", "INDICATORS", "MODES", "Feedback", "FeedbackState", "Frame", "decode", "encode_command"]
+__all__ = ["GEARS", "INDICATORS", "LIGHTS", "MODES", "WIPERS", "Feedback", "FeedbackState", "Frame", "decode", "encode_command"]
 
 # Position in the tuple is the number on the bus (VAL_ of the DBC).
 GEARS = (Gear.PARK, Gear.REVERSE, Gear.NEUTRAL, Gear.DRIVE)
 INDICATORS = (Indicators.OFF, Indicators.LEFT, Indicators.RIGHT)
+LIGHTS = (Lights.OFF, Lights.LOW, Lights.HIGH)
+WIPERS = (Wipers.OFF, Wipers.SLOW, Wipers.FAST)
 MODES = (
     Mode.STANDBY,
     Mode.AUTONOMOUS,
@@ -32,6 +34,8 @@ MODES = (
 )
 GEAR_NUMBER = {gear: number for number, gear in enumerate(GEARS)}
 INDICATORS_NUMBER = {indicators: number for number, indicators in enumerate(INDICATORS)}
+LIGHTS_NUMBER = {lights: number for number, lights in enumerate(LIGHTS)}
+WIPERS_NUMBER = {wipers: number for number, wipers in enumerate(WIPERS)}
 MODE_NUMBER = {mode: number for number, mode in enumerate(MODES)}
 FOLLOWING, TIMED_OUT, FAULT = range(3)  # ECU_STATE
 
@@ -48,6 +52,8 @@ class Feedback(Message):
     gear: Gear  # really engaged
     ecu_following: bool  # false: the ECU brakes by itself (timed out, or a fault)
     brake_holding: bool  # the car stands and the brakes hold it
+    lights: Lights = Lights.OFF
+    wipers: Wipers = Wipers.OFF
     seat_occupied: bool
     driver_torque_nm: float  # at the steering wheel, positive turns left
     driver_brake: Ratio
@@ -87,7 +93,13 @@ def encode_command(actuation: Actuation, mode: Mode, brake_hold: bool, counter: 
         GEAR_NUMBER[actuation.gear],
         brake_hold,
     )
-    body = (INDICATORS_NUMBER[actuation.indicators], actuation.hazard, actuation.horn, True)
+    body = (
+        INDICATORS_NUMBER[actuation.indicators],
+        actuation.hazard,
+        actuation.horn,
+        LIGHTS_NUMBER[actuation.lights],
+        WIPERS_NUMBER[actuation.wipers],
+    )
     return _COMMAND.pack(command, counter), _BODY.pack(body, counter)
 
 
@@ -115,7 +127,7 @@ def _complete(state: FeedbackState, motion: tuple[float, ...]) -> Feedback | Non
     if state.drive is None or state.local is None or max(state.drive_age, state.local_age) > PART_AGE_MAX:
         return None
     speed, angle, acceleration, yaw_rate = motion
-    gear, ecu_state, holding = state.drive
+    gear, ecu_state, holding, lights, wipers = state.drive
     seat, emergency, release, torque, brake = state.local
     return Feedback(
         speed_m_s=speed,
@@ -125,6 +137,8 @@ def _complete(state: FeedbackState, motion: tuple[float, ...]) -> Feedback | Non
         gear=GEARS[int(gear)],
         ecu_following=ecu_state == FOLLOWING,
         brake_holding=bool(holding),
+        lights=LIGHTS[int(lights)],
+        wipers=WIPERS[int(wipers)],
         seat_occupied=bool(seat),
         driver_torque_nm=torque,
         driver_brake=brake,

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from vehicle_gateway.can import e2e
-from vehicle_gateway.can.codec import GEAR_NUMBER, GEARS, INDICATORS, MODES
+from vehicle_gateway.can.codec import GEAR_NUMBER, GEARS, INDICATORS, LIGHTS, LIGHTS_NUMBER, MODES, WIPERS, WIPERS_NUMBER
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import layouts
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.vehicle import Mode
 
 
@@ -27,7 +27,11 @@ class Body(NamedTuple):
     indicators: Indicators
     hazard: bool
     horn: bool
-    low_beam: bool
+    lights: Lights
+    wipers: Wipers
+
+
+DARK = Body(Indicators.OFF, False, False, Lights.OFF, Wipers.OFF)
 
 
 class Motion(NamedTuple):
@@ -52,7 +56,7 @@ class CommandState:
     """Newest valid command and body; a new object with every valid frame."""
 
     command: Command | None = None
-    body: Body = Body(Indicators.OFF, False, False, False)
+    body: Body = DARK
     counters: Mapping[int, int] = field(default_factory=dict)
 
 
@@ -72,8 +76,9 @@ def decode_command(state: CommandState, frame: Frame) -> tuple[CommandState, str
     if values is None:
         return state, reason
     if layout.name == "BODY_COMMAND":
-        indicators, hazard, horn, low_beam = values
-        return replace(state, body=Body(INDICATORS[int(indicators)], bool(hazard), bool(horn), bool(low_beam))), ""
+        indicators, hazard, horn, lights, wipers = values
+        body = Body(INDICATORS[int(indicators)], bool(hazard), bool(horn), LIGHTS[int(lights)], WIPERS[int(wipers)])
+        return replace(state, body=body), ""
     mode, angle, acceleration, gear, hold = values
     return replace(state, command=Command(MODES[int(mode)], angle, acceleration, GEARS[int(gear)], bool(hold))), ""
 
@@ -82,9 +87,12 @@ def encode_motion(motion: Motion, counter: int) -> Frame:
     return _LAYOUTS["MOTION_FEEDBACK"].pack(motion, counter)
 
 
-def encode_drive_state(gear: Gear, ecu_state: int, brake_holding: bool, counter: int) -> Frame:
+def encode_drive_state(
+    gear: Gear, ecu_state: int, brake_holding: bool, counter: int, lights: Lights = Lights.OFF, wipers: Wipers = Wipers.OFF
+) -> Frame:
     """ecu_state  codec.FOLLOWING, TIMED_OUT or FAULT"""
-    return _LAYOUTS["DRIVE_STATE"].pack((GEAR_NUMBER[gear], ecu_state, brake_holding), counter)
+    values = (GEAR_NUMBER[gear], ecu_state, brake_holding, LIGHTS_NUMBER[lights], WIPERS_NUMBER[wipers])
+    return _LAYOUTS["DRIVE_STATE"].pack(values, counter)
 
 
 def encode_controls(controls: Controls, counter: int) -> Frame:

@@ -90,7 +90,9 @@ class Ecu:
             if self._cycles % 2 or report is None:
                 return
             counter, condition = self._cycles // 2, self._state.condition
-            _send(self.vehicle_bus, encode_drive_state(report.gear, condition, report.brake_holding, counter))
+            body = self._inputs.body  # lamps and wipers have no sensor: what the ECU demands of them
+            state = encode_drive_state(report.gear, condition, report.brake_holding, counter, body.lights, body.wipers)
+            _send(self.vehicle_bus, state)
             _send(self.vehicle_bus, encode_controls(report.controls, counter))
             if self._plant.wheels_m_s is not None:
                 _send(self.vehicle_bus, encode_wheels(self._plant.wheels_m_s, counter))

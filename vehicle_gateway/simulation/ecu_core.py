@@ -13,7 +13,7 @@ from msgspec import Meta
 
 from vehicle_gateway.can.actuator_codec import Demand
 from vehicle_gateway.can.codec import FAULT, FOLLOWING, TIMED_OUT
-from vehicle_gateway.can.ecu_codec import Body, Command, Controls, Motion
+from vehicle_gateway.can.ecu_codec import DARK, Body, Command, Controls, Motion
 from wire.messages.base import Gear, Indicators, Message
 from wire.messages.vehicle import Mode
 
@@ -42,7 +42,7 @@ class EcuInputs:
 
     command: Command | None = None
     command_ns: int = 0
-    body: Body = Body(Indicators.OFF, False, False, False)
+    body: Body = DARK
     motion: Motion | None = None
     motion_ns: int = 0
     controls: Controls = Controls()
@@ -107,8 +107,9 @@ def _demand(state: EcuState, inputs: EcuInputs, following: bool, settings: EcuSe
         body.indicators if following else Indicators.OFF,
         body.hazard or not following,
         body.horn and following,
-        body.low_beam,
+        body.lights,
         local,
+        body.wipers,
     )
 
 

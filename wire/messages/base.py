@@ -65,6 +65,18 @@ class Indicators(StrEnum):
     RIGHT = "right"
 
 
+class Lights(StrEnum):
+    OFF = "off"
+    LOW = "low"
+    HIGH = "high"
+
+
+class Wipers(StrEnum):
+    OFF = "off"
+    SLOW = "slow"
+    FAST = "fast"
+
+
 UNDECODABLE = (msgspec.DecodeError, UnicodeDecodeError)  # the second for text that is not UTF-8
 _ENCODER = msgspec.json.Encoder()
 

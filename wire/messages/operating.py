@@ -11,6 +11,7 @@ from wire.messages.base import (
     DurationNs,
     Gear,
     Indicators,
+    Lights,
     Message,
     Milliseconds,
     Name,
@@ -20,6 +21,7 @@ from wire.messages.base import (
     SteeringWheelAngle,
     Text,
     TimeNs,
+    Wipers,
 )
 
 Hmac = Annotated[str, Meta(max_length=64)]
@@ -41,6 +43,8 @@ class DriveCommand(Message):
     indicators: Indicators
     hazard: bool
     horn: bool
+    lights: Lights = Lights.LOW
+    wipers: Wipers = Wipers.OFF
     dead_man: bool  # the operator holds the dead-man control, the sample is fresh, the window has focus
     hmac: Hmac = ""  # of all fields above under the lease's key: wire.signature
 
@@ -75,6 +79,8 @@ class OperatorStatus(Message):
     indicators: Indicators
     hazard: bool
     horn: bool
+    lights: Lights = Lights.LOW
+    wipers: Wipers = Wipers.OFF
     hand_over_note: Text  # last answer of the car to a hand-over query, in words; "" when none
     stop_number: Count  # last STOP sent; 0: none
     stop_state: Name  # "", sent, confirmed, unconfirmed
@@ -99,6 +105,8 @@ class OperatorInput(Message):
     indicators: Indicators
     hazard: bool
     horn: bool
+    lights: Lights = Lights.LOW
+    wipers: Wipers = Wipers.OFF
     accept_presses: Count  # counters, not edges: accept a take-over / take control
     hand_back_presses: Count
     return_presses: Count  # within the guard time after a hand-back: return control to the operator

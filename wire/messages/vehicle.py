@@ -15,6 +15,7 @@ from wire.messages.base import (
     Gear,
     Indicators,
     Length,
+    Lights,
     Message,
     Milliseconds,
     Name,
@@ -24,6 +25,7 @@ from wire.messages.base import (
     Speed,
     Text,
     TimeNs,
+    Wipers,
 )
 
 
@@ -49,6 +51,8 @@ class Actuation(Message):
     indicators: Indicators = Indicators.OFF
     hazard: bool = False
     horn: bool = False
+    lights: Lights = Lights.LOW  # a car on the road is seen, whoever drives
+    wipers: Wipers = Wipers.OFF
 
 
 class VehicleState(Message):
@@ -62,6 +66,8 @@ class VehicleState(Message):
     yaw_rate_rad_s: Rate
     road_wheel_angle_rad: RoadWheelAngle
     gear: Gear
+    lights: Lights = Lights.OFF  # really on, as the car's own feedback says
+    wipers: Wipers = Wipers.OFF
     requested: Actuation
     applied: Actuation
     rules: tuple[Name, ...]  # of the gate, those that changed the request; () when nothing was changed
