@@ -1,5 +1,6 @@
 """What the tower says: commands, the operator's state, STOP, the window's state, and the window's input to the cockpit."""
 
+from enum import StrEnum
 from typing import Annotated
 
 from msgspec import Meta
@@ -25,6 +26,14 @@ from wire.messages.base import (
 )
 
 Hmac = Annotated[str, Meta(max_length=64)]
+
+
+class InputKind(StrEnum):
+    """What of the window's devices the operator uses: how its levels are to be understood."""
+
+    KEYBOARD = "keyboard"  # steer is a key: -1, 0 or 1
+    GAMEPAD = "gamepad"  # steer is a stick
+    WHEEL = "wheel"  # steering_wheel_angle_rad counts, steer does not
 
 
 class DriveCommand(Message):
@@ -62,7 +71,8 @@ class OperatorStatus(Message):
 
     stamp_ns: TimeNs
     operator: Name
-    device: Name  # "scripted", "keyboard", a wheel's name
+    device: Name  # "scripted", "keyboard", "gamepad (its name)", a wheel's name
+    device_note: Text = ""  # what is wrong with the devices: "Logitech G920 unplugged"; "" when nothing is
     lease_epoch: Count  # 0: none
     lease_note: Text  # why there is no lease, or ""
     dead_man: bool
@@ -95,9 +105,14 @@ class OperatorInput(Message):
     stamp_ns: TimeNs
     sequence: Count
     focus: bool  # without focus every control counts as released
-    device: Name  # "keyboard"
+    device: Name  # "keyboard", "gamepad (its name)", a wheel's name
+    kind: InputKind = InputKind.KEYBOARD
     touched: bool  # a driving control was touched since the window started: selects this device
+    touches: Count = 0  # how often one was touched after all had been let go
+    unplugged: Name = ""  # the device that was in use and is gone; "" again once another is touched
     steer: SignedRatio  # left positive
+    steering_wheel_angle_rad: SteeringWheelAngle = 0.0  # of a wheel
+    pedals_reported: bool = True  # the device has said at least once where its pedals (and its wheel) are
     throttle: Ratio
     brake: Ratio
     dead_man: bool
