@@ -40,6 +40,9 @@ class Event(StrEnum):
     ENGAGED = auto()
 
 
+IN_ORDER = tuple(Event)  # once: going through an enum costs twenty times a tuple, and this is done in every cycle
+
+
 class Source(StrEnum):
     NOBODY = auto()  # brakes held
     AUTONOMY = auto()

@@ -4,7 +4,8 @@ The automation's scene brings a path that was checked against road edge and obje
 reckoning of CAN speed and yaw rate), so that SAFE_STOP can follow it closed loop with every other process gone.
 """
 
-from math import atan2, cos, hypot, sin
+from itertools import repeat
+from math import atan2, cos, dist, hypot, sin
 
 from wire.messages.automation import Scene
 from wire.messages.base import Angle, Length, Message, Position, TimeNs
@@ -60,7 +61,7 @@ def usable(corridor: Corridor, odometry: Odometry, speed_m_s: float, now_ns: int
     """Whether the corridor says anything about where this car is now: not too old, not beside it, not driving backwards."""
     if not corridor.points or speed_m_s < 0.0 or now_ns - corridor.checked_ns > USABLE_NS:
         return False
-    return min(hypot(x - odometry.x_m, y - odometry.y_m) for x, y in corridor.points) <= BESIDE_MAX_M
+    return min(map(dist, corridor.points, repeat((odometry.x_m, odometry.y_m)))) <= BESIDE_MAX_M
 
 
 def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m: float) -> Pursuit | None:
@@ -73,6 +74,6 @@ def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m
         return None
     look_m = max(LOOK_AHEAD_MIN_M, LOOK_AHEAD_S * abs(speed_m_s))
     x, y = next((point for point in local if hypot(*point) >= look_m), local[-1])
-    remaining = hypot(*local[0]) + sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(local, local[1:], strict=False))
+    remaining = hypot(*local[0]) + sum(map(dist, local, local[1:]))
     distance2 = max(x * x + y * y, LOOK_AHEAD_MIN_M**2)  # a short rest of the path does not ask for a sharp turn
     return Pursuit(road_wheel_angle_rad=atan2(2.0 * wheelbase_m * y, distance2), remaining_m=remaining)

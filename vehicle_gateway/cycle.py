@@ -7,7 +7,7 @@ recorded with every cycle.
 from msgspec.structs import replace
 
 from vehicle_gateway.answers import answer_hand_overs, answer_leases
-from vehicle_gateway.authority import Event, Source, brakes_held, driving_source, next_authority
+from vehicle_gateway.authority import IN_ORDER, Event, Source, brakes_held, driving_source, next_authority
 from vehicle_gateway.corridor import pursue, usable
 from vehicle_gateway.events import happened
 from vehicle_gateway.failsafe import RULES, Cause
@@ -107,7 +107,7 @@ def in_transition(state: State, now_ns: int, limits: GatewayLimits) -> bool:
 def decide(state: State, events: tuple[Event, ...], now_ns: int, limits: GatewayLimits) -> tuple[State, tuple[str, ...]]:
     """Apply the events in the order of their precedence. Also the names of those that changed the mode."""
     changed = []
-    for event in Event:
+    for event in IN_ORDER:
         if event not in events:
             continue
         authority = next_authority(state.authority, event)

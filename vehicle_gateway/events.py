@@ -1,6 +1,6 @@
 """Which events happened in this cycle. Pure; the authority decides what becomes of them."""
 
-from vehicle_gateway.authority import Event
+from vehicle_gateway.authority import IN_ORDER, Event
 from vehicle_gateway.failsafe import RULES
 from vehicle_gateway.hand_over import refuse_hand_back
 from vehicle_gateway.measure import is_overridden, picture_ms
@@ -21,7 +21,7 @@ def happened(
         | _of_the_automation(state, now_ns, limits)
     )
     causes = {RULES[cause].event for cause in state.causes}
-    return tuple(event for event in Event if table.get(event, False) or event in causes)
+    return tuple(event for event in IN_ORDER if table.get(event, False) or event in causes)
 
 
 def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool) -> dict[Event, bool]:

@@ -1,0 +1,8 @@
+"""The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
+
+from benchmarks import cycle
+from benchmarks.figures import Benchmark
+
+BENCHMARKS: dict[str, Benchmark] = {
+    cycle.NAME: cycle.figures,
+}
