@@ -6,6 +6,7 @@ from typing import Any
 
 from autonomy.car_shape import car_shape
 from autonomy.inputs import Inputs
+from autonomy.replay import record
 from autonomy.settings import AutonomySettings, find_map
 from autonomy.stack import Outputs, step
 from autonomy.state import Setup, StackState
@@ -56,15 +57,21 @@ def run(config: Path, stop: threading.Event) -> int:
         with Pace(PERIOD_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
             for now_ns in pace:
                 state, outputs = step(state, newest.inputs(), now_ns, setup)
-                _publish(link, outputs)
+                _publish(link, outputs, setup)
                 if state.sequence % SLOWLY_CYCLES == 1:
                     link.publish("road_map", setup.road.map)
                     link.publish("car_health", pace.health("autonomy", "drive", link.dropped))
     return 0
 
 
-def _publish(link: Link, outputs: Outputs) -> None:
-    rows = (("autonomy_command", outputs.command), ("autonomy_status", outputs.status), ("scene", outputs.scene))
+def _publish(link: Link, outputs: Outputs, setup: Setup) -> None:
+    judged = None if outputs.judged is None else record(outputs.judged, setup.settings.monitor)
+    rows = (
+        ("autonomy_command", outputs.command),
+        ("autonomy_status", outputs.status),
+        ("scene", outputs.scene),
+        ("monitor_step", judged),
+    )
     for name, message in rows:
         if message is not None:
             link.publish(name, message)

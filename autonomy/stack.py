@@ -14,6 +14,7 @@ from autonomy.perception.tracking import TrackList, in_map_frame, update
 from autonomy.planning.braking_planner import Plan, Situation, plan
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import StopPoint, ceiling
+from autonomy.replay import Judged, MonitorInputs
 from autonomy.reports import STANDS_M_S, goal_reached, scene_of, status_of
 from autonomy.state import Place, Setup, StackState
 from autonomy.uncertainty import budget
@@ -33,6 +34,7 @@ class Outputs:
     command: AutonomyCommand | None = None
     status: AutonomyStatus | None = None
     scene: Scene | None = None
+    judged: Judged | None = None  # the monitor's step, for the recording
 
 
 def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[StackState, Outputs]:
@@ -42,19 +44,19 @@ def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[
     state = replace(
         state, now_ns=now_ns, sequence=state.sequence + 1, estimate=estimate, driving=drives(inputs.gateway, state.driving)
     )
-    command = scene = None
+    command = scene = judged = None
     if estimate is not None:
         place = _place(estimate, state, setup)
         tracks = _perceived(state, estimate, inputs, setup)
         state = replace(state, place=place, tracks=tracks, used=inputs)
         if now_ns >= state.plan_due_ns:
             state = _planned(state, place, setup)
-            state = _judged(state, estimate, place, inputs, setup)
+            state, judged = _judged(state, estimate, place, inputs, setup)
             scene = scene_of(state, estimate, place, inputs, setup)
         if state.plan is not None:
             state, command = _controlled(state, state.plan, place, inputs, dt_s, setup)
     state, status = _reported(replace(state, used=inputs), inputs, setup)
-    return state, Outputs(command=command, status=status, scene=scene)
+    return state, Outputs(command=command, status=status, scene=scene, judged=judged)
 
 
 def _localized(state: StackState, inputs: Inputs, setup: Setup) -> Estimate | None:
@@ -109,16 +111,19 @@ def _planned(state: StackState, place: Place, setup: Setup) -> StackState:
     return replace(state, plan=made, plan_due_ns=due, waiting_since_ns=since)
 
 
-def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> StackState:
+def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Judged | None]:
     """The monitor's look at this plan. It starts with the first object list: before, there is nothing to doubt."""
     if state.plan is None or inputs.objects is None:
-        return state
+        return state, None
     slowing = _slowing(state.plan, place, setup)
-    trouble = Trouble(budget_s=slowing.budget_s, place=_trouble_place(state.plan, place))
-    monitor = judge(
-        state.monitor, _levels(state, state.plan, estimate, inputs, setup), trouble, state.now_ns, setup.settings.monitor
+    seen = MonitorInputs(
+        levels=_levels(state, state.plan, estimate, inputs, setup),
+        trouble=Trouble(budget_s=slowing.budget_s, place=_trouble_place(state.plan, place)),
     )
-    return replace(state, monitor=monitor, slowing=_slowing_point(state, monitor, slowing, place))
+    monitor = judge(state.monitor, seen.levels, seen.trouble, state.now_ns, setup.settings.monitor)
+    judged = Judged(number=state.looks + 1, now_ns=state.now_ns, before=state.monitor, inputs=seen, after=monitor)
+    point = _slowing_point(state, monitor, slowing, place)
+    return replace(state, monitor=monitor, looks=judged.number, slowing=point), judged
 
 
 def _levels(state: StackState, made: Plan, estimate: Estimate, inputs: Inputs, setup: Setup) -> tuple[Level, ...]:

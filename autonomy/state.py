@@ -43,6 +43,7 @@ class StackState:
     plan: Plan | None = None
     plan_due_ns: int = 0
     monitor: MonitorState = MonitorState()
+    looks: int = 0  # of the monitor, since start
     slowing: StopPoint | None = None  # of the open request
     waiting_since_ns: int | None = None  # standing for a person
     driving: bool = False

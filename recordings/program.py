@@ -1,4 +1,4 @@
-"""`recordings record | info | recover`. What a person can fix is told in one line, exit code 2, no traceback."""
+"""`recordings record | info | recover | replay`. What a person can fix is told in one line, exit code 2, no traceback."""
 
 import sys
 import threading
@@ -10,6 +10,9 @@ import msgspec
 import typer
 from rich.console import Console
 
+from recordings.check import check as check_steps
+from recordings.check import installed_replays
+from recordings.check_report import show_check
 from recordings.errors import RecordingError
 from recordings.info import show
 from recordings.read import open_recording
@@ -52,6 +55,17 @@ def recover(
 ) -> None:
     """Save every complete message of a truncated recording, or join the parts of one drive; the originals are kept."""
     raise typer.Exit(_told(lambda: _recover(recordings or [_named(None, config)], output)))
+
+
+@app.command()
+def replay(
+    recording: Annotated[Path, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")],
+    check: Annotated[
+        bool, typer.Option("--check", help="run every recorded step again and compare its outputs bit for bit")
+    ] = False,
+) -> None:
+    """Run the recorded steps again: exit 0 when every output is the same bit for bit, 1 when one is not."""
+    raise typer.Exit(_told(lambda: _check(recording)))
 
 
 def main() -> None:
@@ -112,6 +126,13 @@ def _info(recording: Path, as_json: bool) -> int:
     else:
         show(summary, Console())
     return 0
+
+
+def _check(path: Path) -> int:
+    with open_recording(path) as recording:
+        tallies = check_steps(recording, installed_replays())
+        show_check(path, tallies, recording.versions, Console())
+    return 0 if all(tally.holds for tally in tallies) else 1
 
 
 def _recover(paths: list[Path], output: Path | None) -> int:

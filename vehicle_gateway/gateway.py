@@ -50,7 +50,7 @@ def run(config: Path, stop: threading.Event) -> int:
     with Memory(file) as memory, open_link(wire.link, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
         inbox = Inbox(link, boot_id)
         with (
-            Journal(link) as journal,
+            Journal(link, sections["vehicle"], settings.limits) as journal,
             open_bus(settings.can, "vehicle", inbox.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
         ):
             gateway = Gateway(link, bus, inbox, memory, journal, clock, sections["vehicle"], settings, remembered)
@@ -147,8 +147,7 @@ class Gateway:
 
     def _publish(self, before: State, inputs: Inputs, outputs: Outputs, now_ns: int, sent_ns: int) -> None:
         self._number += 1
-        sequence = self.state.command.sequence if self.state.command else 0
-        self._journal.keep(Entry(self._number, now_ns, inputs, outputs, sent_ns, sequence, self.state.loop_age_ms))
+        self._journal.keep(Entry(self._number, now_ns, before, inputs, self.state, outputs, sent_ns))
         changed = before.authority != self.state.authority or before.hand_over != self.state.hand_over
         if self._due("vehicle_state", STATE_NS, now_ns):
             self._link.publish(

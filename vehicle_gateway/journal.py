@@ -1,37 +1,47 @@
 """Every cycle goes to the recording, and none of them may wait for a recorder: a bounded queue and a thread of its own.
 
 The thread's publishing blocks rather than loses (topic table: gateway_cycle travels as RECORD). A recorder that hangs fills
-the queue; what then does not fit is counted, and the loop never notices. A shell: it decides nothing.
+the queue; what then does not fit is counted, and the loop never notices. A cycle that nobody heard the one before of is
+published with what it started from, so that a replay can begin there. A shell: it decides nothing.
 """
 
 import threading
 from collections import deque
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import msgspec
 
-from vehicle_gateway.state import Inputs, Outputs
-from wire.link import Link
-from wire.messages.vehicle import GatewayCycle
+from vehicle_gateway.replay import START_EVERY, Start, told
+from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State
+from wire.messages.base import Message, encode
+from wire.messages.vehicle import GatewayCycle, VehicleDescription
 
 WAITING_MAX = 2500  # cycles: ten seconds at 250 Hz
+
+
+class JournalLink(Protocol):
+    """What the journal needs of wire.link.Link."""
+
+    def is_heard(self, name: str) -> bool: ...
+    def publish(self, name: str, message: Message) -> None: ...
 
 
 class Entry(NamedTuple):
     number: int
     now_ns: int
+    before: State
     inputs: Inputs
+    after: State
     outputs: Outputs
     can_sent_ns: int
-    command_sequence: int
-    loop_age_ms: float
 
 
 class Journal:
     """A context manager; leaving it publishes what still waits, for at most a second."""
 
-    def __init__(self, link: Link) -> None:
-        self._link = link
+    def __init__(self, link: JournalLink, vehicle: VehicleDescription, limits: GatewayLimits) -> None:
+        self._link, self._vehicle, self._limits = link, vehicle, limits
+        self._heard = 0  # number of the last cycle that somebody heard
         self._waiting: deque[Entry] = deque()
         self._news = threading.Event()
         self._stop = False
@@ -59,20 +69,29 @@ class Journal:
             self._news.wait()
             self._news.clear()
             while self._waiting:
-                self._link.publish("gateway_cycle", cycle_of(self._waiting.popleft()))
+                self._publish(self._waiting.popleft())
+
+    def _publish(self, entry: Entry) -> None:
+        heard = self._link.is_heard("gateway_cycle")
+        begins = heard and (self._heard != entry.number - 1 or entry.number % START_EVERY == 0)
+        start = Start(state=entry.before, vehicle=self._vehicle, limits=self._limits) if begins or entry.number == 1 else None
+        self._link.publish("gateway_cycle", cycle_of(entry, start))
+        self._heard = entry.number if heard else 0
 
 
-def cycle_of(entry: Entry) -> GatewayCycle:
-    """The message of one cycle."""
+def cycle_of(entry: Entry, start: Start | None) -> GatewayCycle:
+    """The message of one cycle; `start` where a replay may begin."""
+    said = told(entry.after, entry.inputs, entry.outputs)
     return GatewayCycle(
         number=entry.number,
         now_ns=entry.now_ns,
-        inputs=msgspec.Raw(msgspec.json.encode(entry.inputs)),
-        outputs=msgspec.Raw(msgspec.json.encode(entry.outputs)),
+        inputs=msgspec.Raw(encode(entry.inputs)),
+        outputs=msgspec.Raw(encode(entry.outputs)),
         can_sent_ns=entry.can_sent_ns,
-        command_sequence=entry.command_sequence,
-        new_command=entry.inputs.command is not None,
-        loop_age_ms=entry.loop_age_ms,
-        mode=entry.outputs.mode,
-        rules=entry.outputs.rules,
+        command_sequence=said.command_sequence,
+        new_command=said.new_command,
+        loop_age_ms=said.loop_age_ms,
+        mode=said.mode,
+        rules=said.rules,
+        start=msgspec.Raw(b"null" if start is None else encode(start)),
     )

@@ -7,7 +7,7 @@ A level is a state: the newest counts and a lost one heals. An event counts each
 from dataclasses import dataclass
 from enum import StrEnum
 
-from wire.messages import automation, health, operating, sensing, session, vehicle
+from wire.messages import automation, health, operating, sensing, session, steps, vehicle
 from wire.messages.base import Message
 
 
@@ -108,6 +108,7 @@ TOPICS: dict[str, Topic] = {
         ),
         _topic("window_status", operating.WindowStatus, 30, R.WINDOW, COCKPITS, T.STATE),
         _topic("operator_input", operating.OperatorInput, 60, R.WINDOW, COCKPITS, T.COMMAND, recorded=False),
+        _topic("torque_steps", steps.TorqueSteps, 10, COCKPITS, set(), T.BULK, K.EVENT),
         _topic("clock_ping", operating.ClockPing, 5, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND, recorded=False),
         # car -> tower
         _topic("clock_pong", operating.ClockPong, 5, R.VEHICLE_HUB, COCKPITS, T.COMMAND, recorded=False),
@@ -139,6 +140,7 @@ TOPICS: dict[str, Topic] = {
         _topic("wheel_speeds", sensing.WheelSpeeds, 50, R.SIMULATE, {R.AUTONOMY}, T.STATE),
         _topic("object_list", sensing.ObjectList, 10, R.SIMULATE, {R.AUTONOMY}, T.BULK),
         _topic("gateway_cycle", vehicle.GatewayCycle, 100, R.VEHICLE_HUB, set(), T.RECORD, K.EVENT),
+        _topic("monitor_step", steps.MonitorStep, 10, R.AUTONOMY, set(), T.BULK, K.EVENT),
         _topic("video", None, 30, R.VIDEO, set(), T.BULK, K.EVENT),
         _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),

@@ -14,6 +14,7 @@ from mcap.reader import make_reader
 
 from benchmarks.faults import Case, run_case
 from benchmarks.rig import driving, read_referee
+from recordings.check import check, installed_replays
 from recordings.read import open_recording
 from wire.messages.vehicle import Mode
 from wire.topics import TOPICS
@@ -83,6 +84,16 @@ def test_the_recording_holds_both_sides_every_cycle_and_pictures_that_decode(fin
     with (folder / "drive.mcap").open("rb") as stream:
         names = {attachment.name for attachment in make_reader(stream).iter_attachments()}
     assert any("toml" in name for name in names)
+
+
+def test_every_recorded_step_of_gateway_monitor_and_wheel_gives_the_same_outputs_again(finished):
+    with open_recording(finished[0] / "drive.mcap") as recording:
+        tallies = {tally.kind: tally for tally in check(recording, installed_replays())}
+        cycles = recording.topics["gateway_cycle"]
+    assert set(tallies) == {"gateway cycle", "monitor step", "torque step"}
+    assert [line for tally in tallies.values() for line in tally.mismatches] == []
+    assert (tallies["gateway cycle"].checked, tallies["gateway cycle"].unchecked) == (cycles, 0)
+    assert tallies["monitor step"].checked > 300 and tallies["torque step"].checked > 5000
 
 
 def test_the_window_left_a_picture_of_the_remote_drive(finished):

@@ -26,12 +26,14 @@ from tower.cockpit.scripted import ScriptedOperator
 from tower.cockpit.settings import CockpitSettings
 from tower.cockpit.status import Told, operator_status, worth_telling
 from tower.cockpit.stop_button import StopButton
+from tower.cockpit.torque_log import TorqueLog
 from tower.settings import TowerSettings
 from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.link import open_link
 from wire.messages.operating import ClockPing, TowerStop
 from wire.messages.session import Action, HandOverReply, LeaseReply, Outcome
+from wire.messages.steps import TorqueSteps
 from wire.messages.vehicle import GatewayStatus, Mode
 from wire.pace import Pace
 from wire.settings import WireSettings
@@ -61,6 +63,7 @@ def run(config: Path, stop: threading.Event) -> int:
                 if now_ns - health_ns >= HEALTH_NS:
                     health_ns = now_ns
                     link.publish("tower_health", pace.health("tower cockpit", "cockpit", link.dropped))
+        cockpit.close()
     return 0
 
 
@@ -86,6 +89,7 @@ class Cockpit:
         self._arming = Arming()
         self._wheel = WheelState()
         self._wheel_limits = haptics.wheel_limits()
+        self._torque_log = TorqueLog(self._wheel_limits)
         self._hand_over = HandOverState()
         self._lease = Lease()
         self._stop = StopButton()
@@ -155,9 +159,14 @@ class Cockpit:
             self._stop = stop_button.pressed(self._stop, self._car_stop_number(), now_ns)
         self._arm(status)
         inputs = self._wheel_inputs(view, status, now_ns)
-        self._wheel = alignment.step(self._wheel, inputs, now_ns, dt_s, self._wheel_limits)
+        self._turn(inputs, dt_s, now_ns)
         self._ask(pressed, status, now_ns)
         return alignment.alignment_error_rad(inputs)
+
+    def _turn(self, inputs: WheelInputs, dt_s: float, now_ns: int) -> None:
+        """One step of the wheel's phase and torque, and its record."""
+        before, self._wheel = self._wheel, alignment.step(self._wheel, inputs, now_ns, dt_s, self._wheel_limits)
+        self._torque_log.add(before, inputs, now_ns, dt_s, self._wheel)
 
     def _newly_pressed(self, view: View) -> frozenset[str]:
         window = window_presses(view.operator_input.message) if view.operator_input is not None else None
@@ -252,10 +261,19 @@ class Cockpit:
         if worth != self._worth or now_ns - self._told_ns >= STATUS_NS:
             self._worth, self._told_ns = worth, now_ns
             self._link.publish("operator_status", operator_status(told, now_ns))
+        self._record(self._torque_log.due(now_ns))
         if now_ns - self._pinged_ns >= PING_NS:
             self._pinged_ns = now_ns
             self._pings += 1
             self._link.publish("clock_ping", ClockPing(number=self._pings, sent_ns=now_ns))
+
+    def _record(self, steps: TorqueSteps | None) -> None:
+        if steps is not None:
+            self._link.publish("torque_steps", steps)
+
+    def close(self) -> None:
+        """The last steps into the recording."""
+        self._record(self._torque_log.rest())
 
     def _repeat_stop(self, now_ns: int) -> None:
         self._stop, send = stop_button.step(self._stop, self._car_stop_number(), now_ns)

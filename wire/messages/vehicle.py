@@ -155,3 +155,5 @@ class GatewayCycle(Message):
     loop_age_ms: Milliseconds  # of that command; 0 when none
     mode: Mode
     rules: tuple[Name, ...]
+    # vehicle_gateway.replay.Start, what the cycle started from: in the first cycle that is recorded, and now and then
+    start: msgspec.Raw = msgspec.field(default_factory=lambda: msgspec.Raw(b"null"))
