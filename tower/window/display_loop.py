@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pygame
 
 from tower.window.age_history import Sample, add
+from tower.window.course import Motion, remember
 from tower.window.drive_log import DriveLog
 from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, next_input, next_window_keys, released
@@ -97,6 +98,7 @@ class DisplayLoop:
         self._keys = WindowKeys(full_screen=full_screen)
         self._picture: PictureSeen | None = None
         self._history: tuple[Sample, ...] = ()
+        self._motions: tuple[Motion, ...] = ()
         self._heard_ns: dict[str, int] = {}
         self._drawn_ns = self._shown_capture_ns = 0
         self._sequence = 0
@@ -139,9 +141,12 @@ class DisplayLoop:
         if status is not None and not self._over and self._is_news("gateway_status", status.received_ns):
             self._log.add_status(status.message)
         loop_ms = None
-        if state is not None and self._is_news("vehicle_state", state.received_ns) and mode in (Mode.REMOTE, Mode.HANDING_BACK):
-            self._log.add_loop_age(state.message)
-            loop_ms = round(state.message.loop_age_ms)
+        if state is not None and self._is_news("vehicle_state", state.received_ns):
+            said = state.message
+            self._motions = remember(self._motions, Motion(said.stamp_ns, said.speed_m_s, said.road_wheel_angle_rad))
+            if mode in (Mode.REMOTE, Mode.HANDING_BACK):
+                self._log.add_loop_age(said)
+                loop_ms = round(said.loop_age_ms)
         age = age_ns(self._picture, now_ns, self._offset_ns())
         self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns)
 
@@ -173,6 +178,8 @@ class DisplayLoop:
             scene=newest["scene"],
             picture=self._picture,
             history=self._history,
+            motions=self._motions,
+            camera=self._camera,
             log=self._log,
             road_map=road_map.message if road_map is not None else None,
             description=description.message if description is not None else None,

@@ -25,6 +25,7 @@ from tower.window.map_view import draw_map
 from tower.window.overlays import draw_help, draw_picture_state, draw_toast
 from tower.window.panels import draw_link, draw_operator, operator_height
 from tower.window.picture_age import PictureState
+from tower.window.road_view import RoadPainter
 from tower.window.views import ViewModel
 
 V = TypeVar("V")
@@ -38,6 +39,7 @@ class Hud:
 
     def __init__(self) -> None:
         self._type = Type()
+        self._road = RoadPainter()
         self._at: Layout | None = None
         self._parts: dict[str, tuple[object, pygame.Surface]] = {}
         self._frame: tuple[Look, tuple[tuple[pygame.Surface, Box], ...]] | None = None
@@ -47,6 +49,8 @@ class Hud:
         """Everything, bottom to top, onto the window's surface."""
         at = self._layout(surface, picture)
         self._draw_picture(surface, picture, at, dark=model.picture.state is PictureState.FROZEN or model.end is not None)
+        if model.road is not None and picture is not None:
+            self._road.draw(surface, at.picture, model.road, at.scale, self._type)
         self._draw_panels(surface, at, model)
         self._draw_overlays(surface, at, model)
         self._draw_frame(surface, at, model.banner.look)

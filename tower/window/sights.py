@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from tower.window.age_history import Sample
+from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
 from tower.window.keys import WindowKeys
 from tower.window.picture_age import PictureSeen
@@ -31,7 +32,9 @@ class Sights:
     road_map: RoadMap | None = None
     description: VehicleDescription | None = None
     picture: PictureSeen | None = None
+    camera: str = "front"  # the one the picture is of
     history: tuple[Sample, ...] = ()
+    motions: tuple[Motion, ...] = ()  # the car's own measurements of the last moments
     log: DriveLog
     keys: WindowKeys = WindowKeys()
     focus: bool = True

@@ -8,6 +8,7 @@ from math import ceil, degrees
 from tower.window.card import card
 from tower.window.looks import Driver, known_mode, look_at
 from tower.window.picture_age import PictureState, age_ns, picture_state
+from tower.window.road_model import road_view
 from tower.window.sights import Sights
 from tower.window.views import (
     BannerView,
@@ -40,6 +41,7 @@ def view_model(sights: Sights) -> ViewModel:
     the_card, picture = card(sights), _picture(sights)
     return ViewModel(
         picture=picture,
+        road=road_view(sights),
         banner=_banner(sights, the_card is not None),
         dial=_dial(sights),
         controls=_controls(sights),

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from tower.window.age_history import Sample
+from tower.window.course import Strip
 from tower.window.drive_log import Stretch
 from tower.window.looks import Look
 from tower.window.picture_age import PictureState
 from wire.messages.automation import RoadMap, Scene
 from wire.messages.base import Gear, Point
-from wire.messages.vehicle import Mode
+from wire.messages.vehicle import CameraCalibration, Mode
 
 
 class Tone(StrEnum):
@@ -113,6 +114,20 @@ class MapView:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RoadView:
+    """On the road in the picture. Metres in the car's own frame at the picture's capture stamp, rear axle, ISO 8855."""
+
+    camera: CameraCalibration
+    until_stop: Strip | None  # from where a command given now takes effect to where the car could stand
+    beyond: Strip | None  # farther on at the same angle of the wheel
+    stop_text: str
+    driving: bool  # False: the path is a preview, the operator does not drive yet
+    corridor: Strip | None  # the car stops by itself along it
+    place: tuple[float, float] | None  # of the open request
+    place_text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PictureView:
     state: PictureState
     title: str  # "" when nothing stands over the picture
@@ -130,6 +145,7 @@ class EndView:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewModel:
     picture: PictureView
+    road: RoadView | None
     banner: BannerView
     dial: DialView
     controls: ControlsView

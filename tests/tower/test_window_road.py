@@ -1,0 +1,238 @@
+"""What is drawn on the road, when, and where in the picture."""
+
+from typing import Any
+
+import numpy as np
+import pygame
+import pytest
+
+from tower.window.course import Motion
+from tower.window.drive_log import DriveLog
+from tower.window.hud import Hud
+from tower.window.looks import AMBER
+from tower.window.picture_age import PictureSeen
+from tower.window.road_model import loop_s, road_view
+from tower.window.sights import Sights
+from tower.window.view_model import view_model
+from vehicle_gateway.safe_stop import StopLimits
+from vehicle_gateway.video.render.projection import project
+from wire.configuration import read_sections, shipped
+from wire.latest import Received
+from wire.messages.automation import Reason, Scene, TakeoverRequest
+from wire.messages.base import Gear, Indicators
+from wire.messages.operating import OperatorStatus
+from wire.messages.sensing import Pose as MapPose
+from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
+
+CAR = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
+NOW = 50_000_000_000_000
+MS = 1_000_000
+FRONT_M = CAR.length_m - CAR.rear_overhang_m
+GREY = np.full((720, 1280, 4), 96, np.uint8)
+REQUEST = TakeoverRequest(number=1, raised_ns=1, budget_s=15.0, place=(130.0, 40.0), reasons=(Reason(channel="a", text="b"),))
+
+
+def status(mode: Mode, request: TakeoverRequest | None = None) -> GatewayStatus:
+    return GatewayStatus(
+        stamp_ns=1,
+        boot_id="b",
+        mode=mode,
+        mode_since_ns=1,
+        cause="",
+        lease_holder="Anna",
+        lease_epoch=3,
+        hand_over=HandOver(number=0, action="", state="", rule=""),
+        request=request,
+        budget_remaining_s=9.0,
+        guard_remaining_s=0.0,
+        hand_back_ready=False,
+        hand_back_note="",
+        take_refused="",
+        failsafe="",
+        stop_number=0,
+        stops_in_ten_minutes=0,
+        dropped={},
+    )
+
+
+def state(speed_m_s: float, gear: Gear = Gear.DRIVE) -> VehicleState:
+    none = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
+    return VehicleState(
+        stamp_ns=NOW,
+        boot_id="b",
+        sequence=1,
+        speed_m_s=speed_m_s,
+        acceleration_m_s2=0.0,
+        yaw_rate_rad_s=0.0,
+        road_wheel_angle_rad=0.0,
+        gear=gear,
+        requested=none,
+        applied=none,
+        rules=(),
+        speed_cap_m_s=8.0,
+        loop_age_ms=100.0,
+        command_age_ms=3.0,
+    )
+
+
+def operator(angle_rad: float = 0.0) -> OperatorStatus:
+    return OperatorStatus(
+        stamp_ns=1,
+        operator="Anna",
+        device="keyboard",
+        lease_epoch=3,
+        lease_note="",
+        dead_man=True,
+        armed=True,
+        wheel_phase="active",
+        steering_wheel_angle_rad=angle_rad * 14,
+        steering_wheel_torque=0.0,
+        alignment_error_rad=0.0,
+        throttle=0.0,
+        brake=0.0,
+        road_wheel_angle_rad=angle_rad,
+        acceleration_m_s2=0.0,
+        gear=Gear.DRIVE,
+        indicators=Indicators.OFF,
+        hazard=False,
+        horn=False,
+        hand_over_note="",
+        stop_number=0,
+        stop_state="",
+        clock_offset_ns=0,
+        clock_bound_ns=MS,
+        round_trip_ms=40.0,
+    )
+
+
+def scene(speed_m_s: float, stamp_ns: int, corridor: tuple[tuple[float, float], ...] = ()) -> Scene:
+    """The car at (100, 40), heading east."""
+    return Scene(
+        stamp_ns=stamp_ns,
+        x_m=100.0,
+        y_m=40.0,
+        heading_rad=0.0,
+        speed_m_s=speed_m_s,
+        yaw_rate_rad_s=0.0,
+        deviation_m=0.1,
+        station_m=50.0,
+        offset_m=0.0,
+        objects=(),
+        plan=(),
+        stopping_corridor=corridor,
+    )
+
+
+def sights(said: GatewayStatus, speed_m_s: float = 4.0, angle_rad: float = 0.0, **changes: Any) -> Sights:
+    """A picture 80 ms old, a round trip of 40 ms: a command takes effect 100 ms after the capture."""
+    capture_ns = NOW - 80 * MS
+    known: dict[str, Any] = {
+        "now_ns": NOW,
+        "status": Received(said, NOW),
+        "state": Received(state(speed_m_s), NOW),
+        "operator": Received(operator(angle_rad), NOW),
+        "scene": Received(scene(speed_m_s, capture_ns), NOW),
+        "description": CAR,
+        "picture": PictureSeen(capture_ns, NOW - 20 * MS),
+        "motions": tuple(Motion(capture_ns + k * 20 * MS, speed_m_s, 0.0) for k in range(4)),
+        "log": DriveLog(),
+    }
+    return Sights(**(known | changes))
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_the_path_is_drawn_while_the_operators_wheel_counts_or_is_about_to(mode: Mode) -> None:
+    view = road_view(sights(status(mode)))
+    shown = view is not None and view.until_stop is not None
+    assert shown is (mode in (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK))
+    assert view is None or view.driving is (mode is not Mode.HANDING_OVER)
+
+
+def test_the_path_begins_where_a_command_given_now_takes_effect_and_the_stopping_line_follows() -> None:
+    """4 m/s for 100 ms are 0.4 m; 4 m/s at 2.5 m/s2 within 5 m/s3 are 4.1 m (2.0 s of braking, added up in small steps)."""
+    view = road_view(sights(status(Mode.REMOTE)))
+    assert view is not None and view.until_stop is not None and view.beyond is not None
+    assert view.until_stop.right[0][0] == pytest.approx(FRONT_M + 0.4, abs=1e-6)
+    assert view.until_stop.right[-1][0] == pytest.approx(FRONT_M + 0.4 + 4.174, abs=0.01)
+    assert view.stop_text == "stop 4 m"
+    assert view.beyond.right[-1][0] == pytest.approx(view.until_stop.right[-1][0] + 3.0 * 4.0, abs=1e-6)
+
+
+def test_the_braking_assumed_is_the_cars_own_firm_stop() -> None:
+    assert (StopLimits().braking_m_s2, StopLimits().jerk_m_s3) == (2.5, 5.0)
+
+
+def test_the_path_bends_to_the_side_of_the_wheel() -> None:
+    left, right = road_view(sights(status(Mode.REMOTE), angle_rad=0.2)), road_view(sights(status(Mode.REMOTE), angle_rad=-0.2))
+    assert left is not None and right is not None and left.beyond is not None and right.beyond is not None
+    assert left.beyond.left[-1][1] > 3.0
+    assert right.beyond.right[-1][1] == pytest.approx(-left.beyond.left[-1][1])
+
+
+def test_no_path_without_a_picture_that_moves_without_calibration_or_backwards() -> None:
+    driving = status(Mode.REMOTE)
+    frozen = PictureSeen(NOW - 400 * MS, NOW - 300 * MS)
+    assert road_view(sights(driving, picture=frozen)) is None
+    assert road_view(sights(driving, picture=None)) is None
+    assert road_view(sights(driving, description=None)) is None
+    assert road_view(sights(driving, camera="roof")) is None
+    assert road_view(sights(driving, state=Received(state(-1.0, Gear.REVERSE), NOW))) is None
+    assert road_view(sights(driving, state=Received(state(4.0), NOW - 400 * MS))) is None
+
+
+def test_without_a_measured_loop_the_picture_and_half_a_round_trip_count() -> None:
+    assert loop_s(sights(status(Mode.REMOTE))) == pytest.approx(0.100)
+
+
+def test_the_place_of_a_request_is_seen_from_where_the_picture_was_taken() -> None:
+    """The scene is 200 ms older than the picture: the car has come 0.8 m closer."""
+    older = Received(scene(4.0, NOW - 280 * MS), NOW)
+    view = road_view(sights(status(Mode.TAKEOVER_REQUESTED, REQUEST), scene=older))
+    assert view is not None
+    assert view.place == pytest.approx((29.2, 0.0))
+    assert view.place_text == "26 m"  # from the bumper
+
+
+def test_a_car_that_stops_by_itself_shows_its_corridor() -> None:
+    said = scene(4.0, NOW - 80 * MS, ((104.0, 40.0), (108.0, 40.0)))
+    view = road_view(sights(status(Mode.SAFE_STOP), scene=Received(said, NOW)))
+    assert view is not None and view.corridor is not None and view.until_stop is None
+    assert np.allclose(view.corridor.left, [(4.0, CAR.width_m / 2), (8.0, CAR.width_m / 2)])
+    assert road_view(sights(status(Mode.SAFE_STOP))) is None
+
+
+def drawn(seen: Sights, size: tuple[int, int] = (1280, 720)) -> np.ndarray:
+    surface = pygame.Surface(size)
+    Hud().draw(surface, GREY, view_model(seen))
+    return pygame.surfarray.array3d(surface).swapaxes(0, 1)
+
+
+def pixel_of(x_m: float, y_m: float, size: tuple[int, int]) -> tuple[int, int]:
+    """Row and column by the simulated camera's own projection."""
+    point = project(CAR.cameras[0], MapPose(x_m=0.0, y_m=0.0, heading_rad=0.0), 0.0, 0.0, np.array([[x_m, y_m, 0.0]]))[0][0]
+    return round(point[1] * size[1] / 720), round(point[0] * size[0] / 1280)
+
+
+def is_amber(pixels: np.ndarray, row: int, column: int) -> bool:
+    return bool((np.abs(pixels[row - 2 : row + 3, column].astype(int) - AMBER).max(axis=-1) < 12).any())
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (640, 360)])
+def test_the_stopping_line_stands_across_the_road_where_the_car_could_stand(size: tuple[int, int]) -> None:
+    pixels = drawn(sights(status(Mode.REMOTE), speed_m_s=8.0), size)
+    view = road_view(sights(status(Mode.REMOTE), speed_m_s=8.0))
+    assert view is not None and view.until_stop is not None
+    stop_m = view.until_stop.right[-1][0]
+    for left_m in (-0.7, 0.0, 0.7):
+        assert is_amber(pixels, *pixel_of(stop_m, left_m, size))
+    for off_m in (-4.0, 4.0):
+        assert not is_amber(pixels, *pixel_of(stop_m - off_m, 0.0, size))
+    between = pixels[pixel_of((stop_m + 6.0) / 2, 0.0, size)]
+    assert between[2] > between[0] + 20  # tinted blue, and still the road
+    assert tuple(pixels[pixel_of(stop_m, 2.5, size)]) == (96, 96, 96)
+
+
+def test_the_place_of_a_request_is_marked_in_the_picture() -> None:
+    pixels = drawn(sights(status(Mode.TAKEOVER_REQUESTED, REQUEST)))
+    row, column = pixel_of(30.0, 0.0, (1280, 720))
+    assert is_amber(pixels, row - 10, column)

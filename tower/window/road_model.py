@@ -1,0 +1,111 @@
+"""Sights -> RoadView: what is drawn on the road in the picture. Pure.
+
+The path is shown while the operator's wheel counts or is about to; the stopping corridor while the car stops by itself along
+it; the place of a request as long as it is open. Nothing is drawn over a picture that is frozen: it is no longer the road.
+"""
+
+from tower.window.course import Motion, Pose, Strip, in_car_frame, moved, predicted, ribbon, stopping_distance_m, strip
+from tower.window.looks import known_mode
+from tower.window.picture_age import PictureState, age_ns, picture_state
+from tower.window.projection import camera_named
+from tower.window.sights import Sights
+from tower.window.views import RoadView
+from wire.messages.automation import Scene
+from wire.messages.base import Gear
+from wire.messages.operating import OperatorStatus
+from wire.messages.vehicle import Mode, VehicleDescription, VehicleState
+
+STOP_BRAKING_M_S2, STOP_JERK_M_S3 = 2.5, 5.0  # the car's own firm stop (vehicle_gateway.safe_stop): what a dead link comes to
+LOOK_AHEAD_S = 3.0  # ours: how far the path goes on beyond the stopping line
+_SHORTEST_M, _LONGEST_M = 7.0, 45.0
+_LOOP_MAX_S = 1.0  # beyond it the car has stopped by itself
+_SCENE_APART_MAX_S = 1.0
+_STEERED = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
+
+
+def road_view(sights: Sights) -> RoadView | None:
+    """None: nothing is drawn on the road."""
+    camera = camera_named(sights.description, sights.camera)
+    mode = known_mode(sights.status, sights.now_ns)
+    state = picture_state(sights.picture, sights.now_ns, sights.clock_offset_ns)
+    if camera is None or sights.picture is None or mode is None or state is PictureState.FROZEN:
+        return None
+    path = _path(sights, mode)
+    corridor = _corridor(sights) if mode is Mode.SAFE_STOP else None
+    place = _place(sights)
+    if path is None and corridor is None and place is None:
+        return None
+    until_stop, beyond, stop_m = path if path is not None else (None, None, 0.0)
+    return RoadView(
+        camera=camera,
+        until_stop=until_stop,
+        beyond=beyond,
+        stop_text=f"stop {stop_m:.0f} m" if path is not None else "",
+        driving=mode is not Mode.HANDING_OVER,
+        corridor=corridor,
+        place=place,
+        place_text=_distance_text(sights, place),
+    )
+
+
+def _distance_text(sights: Sights, place: tuple[float, float] | None) -> str:
+    """From the front bumper."""
+    car = sights.description
+    if place is None or car is None:
+        return ""
+    return f"{max(place[0] - (car.length_m - car.rear_overhang_m), 0.0):.0f} m"
+
+
+def loop_s(sights: Sights) -> float:
+    """Capture to a command's effect: as the car measured it last, else the picture's age and half a round trip."""
+    measured = [sample.loop_ms for sample in sights.history[-2:] if sample.loop_ms is not None]
+    if measured:
+        return min(max(measured) / 1000, _LOOP_MAX_S)
+    age, operator = age_ns(sights.picture, sights.now_ns, sights.clock_offset_ns), sights.fresh_operator
+    uplink_s = operator.round_trip_ms / 2000 if operator is not None else 0.0
+    return min((age or 0) / 1e9 + uplink_s, _LOOP_MAX_S)
+
+
+def _path(sights: Sights, mode: Mode) -> tuple[Strip, Strip, float] | None:
+    state, operator, car = sights.fresh_state, sights.fresh_operator, sights.description
+    if mode not in _STEERED or state is None or operator is None or car is None or state.gear is Gear.REVERSE:
+        return None
+    return None if sights.picture is None else _strips(sights, state, operator, car, sights.picture.capture_ns)
+
+
+def _strips(
+    sights: Sights, state: VehicleState, operator: OperatorStatus, car: VehicleDescription, capture_ns: int
+) -> tuple[Strip, Strip, float]:
+    now = Motion(state.stamp_ns, state.speed_m_s, state.road_wheel_angle_rad)
+    begin = predicted(sights.motions or (now,), capture_ns, loop_s(sights), car.wheelbase_m)
+    stop_m = stopping_distance_m(state.speed_m_s, min(STOP_BRAKING_M_S2, car.braking_max_m_s2), STOP_JERK_M_S3)
+    end_m = min(max(stop_m + abs(state.speed_m_s) * LOOK_AHEAD_S, _SHORTEST_M), _LONGEST_M)
+    angle = operator.road_wheel_angle_rad
+    return strip(begin, 0.0, stop_m, angle, car), strip(begin, min(stop_m, end_m), end_m, angle, car), stop_m
+
+
+def _pose_at_capture(sights: Sights, scene: Scene) -> Pose:
+    """The car in the map frame when the picture was taken: the scene's pose, carried on or back by its own motion."""
+    capture_ns = sights.picture.capture_ns if sights.picture is not None else scene.stamp_ns
+    apart_s = min(max((capture_ns - scene.stamp_ns) / 1e9, -_SCENE_APART_MAX_S), _SCENE_APART_MAX_S)
+    curvature = scene.yaw_rate_rad_s / scene.speed_m_s if abs(scene.speed_m_s) > 0.5 else 0.0
+    return moved(Pose(scene.x_m, scene.y_m, scene.heading_rad), scene.speed_m_s * apart_s, curvature)
+
+
+def _corridor(sights: Sights) -> Strip | None:
+    scene, car = sights.fresh_scene, sights.description
+    if scene is None or car is None:
+        return None
+    at = _pose_at_capture(sights, scene)
+    middle = [in_car_frame(point, at.x_m, at.y_m, at.heading_rad) for point in scene.stopping_corridor]
+    return ribbon(middle, car.width_m)
+
+
+def _place(sights: Sights) -> tuple[float, float] | None:
+    """Of the open request, metres ahead and left of the rear axle."""
+    request = sights.status.message.request if sights.status is not None else None
+    scene = sights.fresh_scene
+    if request is None or scene is None:
+        return None
+    at = _pose_at_capture(sights, scene)
+    return in_car_frame(request.place, at.x_m, at.y_m, at.heading_rad)
