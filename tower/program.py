@@ -1,4 +1,4 @@
-"""The programs of the tower: `tower demo|drive|cockpit|window|certificates`. Each imports only what it runs."""
+"""The programs of the tower: `tower demo|drive|vehicles|cockpit|window|certificates`. Each imports only what it runs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +16,14 @@ application = typer.Typer(
 )
 Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
 Sessions = Annotated[Path, typer.Option(help="Folder in which the session leaves its own folder.")]
+Vehicle = Annotated[str, typer.Option(help="The car, by its vehicle id; as configured by default.")]
+Connect = Annotated[list[str] | None, typer.Option(help="Dial the car there: HOST:PORT.")]
+Listen = Annotated[list[str] | None, typer.Option(help="Wait there for the car to dial: HOST:PORT, or 0.0.0.0:PORT.")]
+Folder = Annotated[str, typer.Option(help="Where certificates are kept; the configuration's folder by default.")]
+Hosts = Annotated[list[str] | None, typer.Option(help="A name or address under which that machine is dialled; may be repeated.")]
 DEFAULT = shipped("simulated.toml")
+certificates = typer.Typer(no_args_is_help=False)
+application.add_typer(certificates, name="certificates")
 
 
 @application.command()
@@ -36,11 +43,34 @@ def demo(
 
 
 @application.command()
-def drive(config: Config = DEFAULT, sessions: Sessions = Path("sessions")) -> None:
-    """Cockpit and window together: the operator's side of a car that is already running."""
-    from tower.demo.drive import run
+def drive(
+    config: Config = DEFAULT,
+    sessions: Sessions = Path("sessions"),
+    vehicle: Vehicle = "",
+    connect: Connect = None,
+    listen: Listen = None,
+) -> None:
+    """Cockpit and window together: the operator's side of a car that is already running, here or on another machine."""
+    from tower.demo.drive import Choice, run
 
-    raise typer.Exit(run_until_stopped(lambda path, stop: run(path, stop, sessions), config))
+    choice = Choice(vehicle, tuple(connect or ()), tuple(listen or ()))
+    raise typer.Exit(run_until_stopped(lambda path, stop: run(path, stop, sessions, choice), config))
+
+
+@application.command()
+def vehicles(
+    config: Config = DEFAULT,
+    vehicle: Vehicle = "",
+    connect: Connect = None,
+    listen: Listen = None,
+    seconds: Annotated[float, typer.Option(min=0.1, help="How long to look for them.")] = 5.0,
+    watch: Annotated[bool, typer.Option("--watch", help="Go on looking until stopped.")] = False,
+) -> None:
+    """The cars there are to choose from ([[wire.link.fleet]]), each with its mode, speed, operator and request."""
+    from tower.demo.drive import Choice, look
+
+    choice = Choice(vehicle, tuple(connect or ()), tuple(listen or ()))
+    raise typer.Exit(run_until_stopped(lambda path, stop: look(path, stop, choice, seconds, watch), config))
 
 
 @application.command()
@@ -59,16 +89,50 @@ def window(config: Config = DEFAULT) -> None:
     raise typer.Exit(run_until_stopped(run, config, BEHIND_CONTROL))
 
 
-@application.command()
-def certificates(
+@certificates.callback(invoke_without_command=True)
+def make_certificates(
+    context: typer.Context,
     config: Config = DEFAULT,
-    folder: Annotated[str, typer.Option(help="Where they are kept; the configuration's folder by default.")] = "",
-    renew: Annotated[bool, typer.Option(help="Make new ones even if the old ones are still good.")] = False,
+    folder: Folder = "",
+    renew: Annotated[bool, typer.Option(help="Make new ones, and a new authority: what the old one issued ends here.")] = False,
+    host: Hosts = None,
 ) -> None:
-    """Make a local authority and one certificate for each role."""
-    from tower.certificates import run
+    """Make a local authority and one certificate for each role; export them to another machine; import them there."""
+    from tower.certificates import make
 
-    raise typer.Exit(run_until_stopped(lambda path, _: run(path, folder, renew), config))
+    if context.invoked_subcommand is None:
+        raise typer.Exit(run_until_stopped(lambda path, _: make(path, folder, renew, tuple(host or ())), config))
+
+
+@certificates.command("export")
+def export_certificates(
+    file: Annotated[Path, typer.Argument(help="The bundle to write.")],
+    config: Config = DEFAULT,
+    folder: Folder = "",
+    vehicle: Annotated[str, typer.Option(help="For the car of this id.")] = "",
+    tower: Annotated[bool, typer.Option("--tower", help="For another tower.")] = False,
+    host: Hosts = None,
+    simulated: Annotated[bool, typer.Option("--simulated", help="Also the simulated world's, or the scripted operator's.")] = False,
+) -> None:
+    """Write certificates for another machine into one file: what that site needs, never the authority's key."""
+    from tower.certificates import export
+
+    if bool(vehicle) == tower:
+        raise typer.BadParameter("for whom? add --vehicle ID or --tower")
+    raise typer.Exit(run_until_stopped(lambda path, _: export(path, folder, file, vehicle, tuple(host or ()), simulated), config))
+
+
+@certificates.command("import")
+def import_certificates(
+    file: Annotated[Path, typer.Argument(help="The bundle to read.")],
+    config: Config = DEFAULT,
+    folder: Folder = "",
+    replace: Annotated[bool, typer.Option("--replace", help="Remove certificates of another authority first.")] = False,
+) -> None:
+    """Take the certificates of a bundle into this machine's folder."""
+    from tower.certificates import take
+
+    raise typer.Exit(run_until_stopped(lambda path, _: take(path, folder, file, replace), config))
 
 
 def main() -> None:

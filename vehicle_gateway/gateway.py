@@ -29,6 +29,7 @@ from wire.messages.operating import ClockPing, ClockPong
 from wire.messages.vehicle import Mode, VehicleDescription
 from wire.pace import Lateness, raise_priority
 from wire.settings import WireSettings
+from wire.site import override
 from wire.topics import Role
 
 DEADLINE_NS = 10_000_000
@@ -36,18 +37,22 @@ SHORTEST_NS = 4_000_000  # 250 Hz
 STATE_NS, STATUS_NS, SECOND_NS = 20_000_000, 50_000_000, 1_000_000_000
 
 
-def run(config: Path, stop: threading.Event) -> int:
-    """The gateway until `stop` is set. Raises ConfigurationError and LinkError at start; an exception later exits 1."""
+def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), listen: tuple[str, ...] = ()) -> int:
+    """The gateway until `stop` is set. Raises ConfigurationError and LinkError at start; an exception later exits 1.
+
+    connect, listen  where to dial the tower, or wait for it, instead of what is configured
+    """
     sections = read_sections(
         config, {"wire": WireSettings, "vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings}
     )
     wire: WireSettings = sections["wire"]
     settings: VehicleGatewaySettings = sections["vehicle_gateway"]
+    link_settings = override(wire.link, "", connect, listen)
     file = Path(settings.memory) if settings.memory else default_file(wire.link.vehicle_id)
     remembered = recall(file)
     clock = Clock()
     boot_id = secrets.token_hex(8)
-    with Memory(file) as memory, open_link(wire.link, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
+    with Memory(file) as memory, open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
         inbox = Inbox(link, boot_id)
         with (
             Journal(link, sections["vehicle"], settings.limits) as journal,

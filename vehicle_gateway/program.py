@@ -16,6 +16,8 @@ application = typer.Typer(
     pretty_exceptions_enable=False,
 )
 Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
+Connect = Annotated[list[str] | None, typer.Option(help="Dial the tower there: HOST:PORT.")]
+Listen = Annotated[list[str] | None, typer.Option(help="Wait there for the tower: HOST:PORT, or 0.0.0.0:PORT.")]
 DEFAULT = shipped("simulated.toml")
 
 
@@ -24,9 +26,12 @@ def _start(module: str, config: Path, niceness: int = 0) -> None:
 
 
 @application.command()
-def run(config: Config = DEFAULT) -> None:
+def run(config: Config = DEFAULT, connect: Connect = None, listen: Listen = None) -> None:
     """Authority, failsafe, gate, lease and CAN: the only way to the car."""
-    _start("vehicle_gateway.gateway", config)
+    from vehicle_gateway.gateway import run as run_gateway
+
+    dialled, awaited = tuple(connect or ()), tuple(listen or ())
+    raise typer.Exit(run_until_stopped(lambda path, stop: run_gateway(path, stop, dialled, awaited), config))
 
 
 @application.command()

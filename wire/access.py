@@ -1,18 +1,21 @@
 """Access control at a hub's ingress and egress, derived from the topic table: default deny, subjects by certificate name.
 
 A hub hides who stands behind it, so every hub checks its own clients, and of the other hub it lets in only what may cross.
+A tower that sees several cars takes from each only what concerns that car.
 """
 
+from itertools import product
 from typing import Any
 
-from wire.topics import CAR, COCKPITS, QUERIES, TOPICS, TOWER, Role, key
+from wire.topics import CAR, COCKPITS, QUERIES, TOPICS, TOWER, Role, certificate_names, key
 
 _HUBS = {"car": frozenset({Role.VEHICLE_HUB}), "tower": COCKPITS}
 
 
-def access_control(vehicle_id: str, site: str, accepts_script: bool) -> dict[str, Any]:
+def access_control(vehicle_ids: tuple[str, ...], site: str, accepts_script: bool) -> dict[str, Any]:
     """Zenoh's `access_control` for the hub of `site` ("car" or "tower").
 
+    vehicle_ids     the car itself, or every car that the tower may see
     accepts_script  whether a tower with the scripted operator's certificate may come in at the car's hub
     """
     home, far_site = (CAR, "tower") if site == "car" else (TOWER, "car")
@@ -20,12 +23,13 @@ def access_control(vehicle_id: str, site: str, accepts_script: bool) -> dict[str
     rules: list[dict[str, Any]] = []
     policies = []
     subjects = []
-    for role in sorted(home - _HUBS[site]) + sorted(far_hubs):
+    for vehicle_id, role in product(vehicle_ids, sorted(home - _HUBS[site]) + sorted(far_hubs)):
         speaks_for = (TOWER if far_site == "tower" else CAR) if role in far_hubs else frozenset({role})
         own = _rules_of(vehicle_id, role, speaks_for, crossing_only=role in far_hubs)
+        subject = f"{role} {vehicle_id}"
         rules += own
-        subjects.append({"id": str(role), "cert_common_names": [str(role)]})
-        policies.append({"rules": [rule["id"] for rule in own], "subjects": [str(role)]})
+        subjects.append({"id": subject, "cert_common_names": list(certificate_names(role, vehicle_id))})
+        policies.append({"rules": [rule["id"] for rule in own], "subjects": [subject]})
     return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}
 
 
@@ -48,7 +52,7 @@ def _rules_of(vehicle_id: str, role: Role, speaks_for: frozenset[Role], crossing
     )
     return [
         {
-            "id": f"{role} {name}",
+            "id": f"{role} {vehicle_id} {name}",
             "permission": "allow",
             "flows": [flow],
             "messages": messages,

@@ -1,23 +1,23 @@
-"""A local certificate authority and one certificate per role: what `tower certificates` makes, by itself when there are none.
+"""The folder of certificates: a local authority and one certificate per role, or what was imported from another machine.
 
-The private key of the authority stays beside them: whoever holds the folder may join. Keys are readable by their owner only.
+`tower certificates` makes them, by itself when there are none. The private key of the authority stays beside them where they
+were made: whoever holds that folder may join, and may issue more. Keys are readable by their owner only. An imported folder
+(`wire.bundle`) holds no such key and is never changed here.
 """
 
 import os
 from datetime import UTC, datetime, timedelta
-from ipaddress import ip_address
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from wire.topics import Role
+from wire.authority import VALID_DAYS, Pair, common_name, hosts_of, is_issued_by, issue, new_authority, read_pair
+from wire.topics import Role, certificate_names
 
 AUTHORITY = "authority"
-VALID_DAYS = 90  # ours: long enough for a study, short enough to be renewed
+MAKE = "make them with: tower certificates"
+IMPORT = "import a bundle with: tower certificates import FILE"
 
 
 class CertificateError(Exception):
@@ -35,28 +35,57 @@ def folder_of(setting: str) -> Path:
 
 
 def missing(folder: Path) -> tuple[str, ...]:
-    """File names that a complete folder would hold and this one does not."""
+    """File names that a complete folder of an authority would hold and this one does not."""
     names = [f"{name}.{end}" for name in (AUTHORITY, *Role) for end in ("pem", "key")]
     return tuple(name for name in names if not (folder / name).is_file())
 
 
+def is_imported(folder: Path) -> bool:
+    """Whether the folder came from another machine: it knows an authority and does not hold its key."""
+    return (folder / f"{AUTHORITY}.pem").is_file() and not (folder / f"{AUTHORITY}.key").is_file()
+
+
 def earliest_end(folder: Path) -> datetime:
-    """When the first of the certificates expires. Raises CertificateError for a damaged file."""
-    return min(_load(folder / f"{name}.pem").not_valid_after_utc for name in (AUTHORITY, *Role))
+    """When the first of the certificates that are there expires. Raises CertificateError for a damaged file."""
+    files = [folder / f"{name}.pem" for name in (AUTHORITY, *Role)]
+    return min((_load(file).not_valid_after_utc for file in files if file.is_file()), default=datetime.now(UTC))
 
 
-def _load(file: Path) -> x509.Certificate:
-    try:
-        return x509.load_pem_x509_certificate(file.read_bytes())
-    except (ValueError, OSError):
-        raise CertificateError(f"{file}: damaged or unreadable; make new ones with: tower certificates --renew") from None
+def check(folder: Path, role: Role, vehicle_id: str) -> None:
+    """Raises CertificateError unless this role can join with what is in the folder, now and for this vehicle."""
+    fix = IMPORT if is_imported(folder) else MAKE
+    for name in (f"{AUTHORITY}.pem", f"{role}.pem", f"{role}.key"):
+        if not (folder / name).is_file():
+            raise CertificateError(f"{folder / name}: no such certificate; {fix}")
+    authority, own = _load(folder / f"{AUTHORITY}.pem"), _load(folder / f"{role}.pem")
+    now = datetime.now(UTC)
+    names = certificate_names(role, vehicle_id)
+    problems = (
+        (not is_issued_by(own, authority), "was issued by another authority than authority.pem beside it"),
+        (now > own.not_valid_after_utc, f"expired on {own.not_valid_after_utc:%Y-%m-%d}"),
+        (now < own.not_valid_before_utc, f"is valid from {own.not_valid_before_utc:%Y-%m-%d} on: is this machine's clock right?"),
+        (common_name(own) not in names, f"was issued for {common_name(own)}, not for {names[-1]}: see [wire.link] vehicle_id"),
+    )
+    for wrong, words in problems:
+        if wrong:
+            raise CertificateError(f"{folder / role}.pem {words}; {fix if fix is IMPORT else fix + ' --renew'}")
 
 
-def ensure(folder: Path) -> bool:
-    """Make what is needed if the folder is empty, incomplete or within a day of expiry. True when something was made."""
-    if not missing(folder) and earliest_end(folder) > datetime.now(UTC) + timedelta(days=1):
+def ensure(folder: Path, hosts: tuple[str, ...] = ()) -> bool:
+    """Make what is needed if the folder is empty, incomplete or within a day of expiry. True when something was made.
+
+    hosts  names and addresses under which this machine is dialled from another, besides those it has already
+    What was imported stays as it is. The authority stays the same as long as it lasts.
+    """
+    if is_imported(folder):
         return False
-    make(folder)
+    known = _hosts(folder)
+    wanted = tuple(dict.fromkeys((*known, *hosts)))
+    lasts = not missing(folder) and earliest_end(folder) > datetime.now(UTC) + timedelta(days=1)
+    if lasts and wanted == known:
+        return False
+    authority = _lasting_authority(folder)
+    _fill(folder, authority or new_authority(), wanted)
     return True
 
 
@@ -80,89 +109,77 @@ def make_if_none(folder: Path) -> bool:
     return True
 
 
-def make(folder: Path) -> None:
-    """A new authority and a certificate for every role. Raises CertificateError when the folder cannot be written."""
+def make(folder: Path, hosts: tuple[str, ...] = ()) -> None:
+    """A new authority and a certificate for every role: whatever the old one issued is worth nothing to these.
+
+    Raises CertificateError when the folder cannot be written or was imported.
+    """
+    if is_imported(folder):
+        raise CertificateError(f"{folder}: imported, nothing can be issued here; renew where the authority is, and {IMPORT}")
+    _fill(folder, new_authority(), tuple(dict.fromkeys((*_hosts(folder), *hosts))))
+
+
+def authority_of(folder: Path) -> Pair:
+    """Raises CertificateError when this folder holds no authority."""
+    if is_imported(folder):
+        raise CertificateError(f"{folder}: imported, nothing can be issued here; export on the machine that holds the authority")
+    try:
+        return read_pair((folder / f"{AUTHORITY}.key").read_bytes(), (folder / f"{AUTHORITY}.pem").read_bytes())
+    except FileNotFoundError:
+        raise CertificateError(f"{folder}: no certificates there; {MAKE}") from None
+    except (ValueError, OSError) as error:
+        raise CertificateError(f"{folder / AUTHORITY}.key: damaged or unreadable: {error}; {MAKE} --renew") from None
+
+
+def write_pem(folder: Path, name: str, key_pem: bytes | None, certificate_pem: bytes) -> None:
+    """NAME.pem, and NAME.key for its owner's eyes only. Raises OSError."""
+    if key_pem is not None:
+        key_file = folder / f"{name}.key"
+        key_file.touch(mode=0o600)
+        key_file.chmod(0o600)
+        key_file.write_bytes(key_pem)
+    (folder / f"{name}.pem").write_bytes(certificate_pem)
+
+
+def _load(file: Path) -> x509.Certificate:
+    try:
+        return x509.load_pem_x509_certificate(file.read_bytes())
+    except (ValueError, OSError):
+        raise CertificateError(f"{file}: damaged or unreadable; make new ones with: tower certificates --renew") from None
+
+
+def _hosts(folder: Path) -> tuple[str, ...]:
+    """What the certificates that are there are valid for; () when there are none, or none that can be read."""
+    try:
+        return hosts_of(_load(folder / f"{Role.TOWER_HUB}.pem"))
+    except CertificateError:
+        return ()
+
+
+def _lasting_authority(folder: Path) -> Pair | None:
+    """The authority of the folder while it outlives what it would issue; None when a new one is due."""
+    try:
+        authority = authority_of(folder)
+    except CertificateError:
+        return None
+    lasts = authority.certificate.not_valid_after_utc > datetime.now(UTC) + timedelta(days=VALID_DAYS)
+    return authority if lasts else None
+
+
+def _fill(folder: Path, authority: Pair, hosts: tuple[str, ...]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        authority_key, authority = _authority()
-        _write(folder, AUTHORITY, authority_key, authority)
+        write_pem(folder, AUTHORITY, authority.key_pem, authority.certificate_pem)
         for role in Role:
-            _write(folder, role, *_issue(role, authority_key, authority))
+            issued = issue(role, hosts, authority)
+            write_pem(folder, role, issued.key_pem, issued.certificate_pem)
     except OSError as error:
         raise _unwritable(folder, error) from None
+    except ValueError as error:
+        raise CertificateError(f"--host {' '.join(hosts)}: neither names nor addresses: {error}") from None
 
 
 def _unwritable(folder: Path, error: OSError) -> CertificateError:
     return CertificateError(
         f"{folder}: cannot write certificates: {error.strerror}; choose another folder with [wire.link] certificates"
     )
-
-
-def _write(folder: Path, name: str, key: ec.EllipticCurvePrivateKey, certificate: x509.Certificate) -> None:
-    key_file = folder / f"{name}.key"
-    key_file.touch(mode=0o600)
-    key_file.chmod(0o600)
-    key_file.write_bytes(
-        key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
-    )
-    (folder / f"{name}.pem").write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
-
-
-def _builder(subject: str, issuer: x509.Name, key: ec.EllipticCurvePrivateKey) -> x509.CertificateBuilder:
-    now = datetime.now(UTC)
-    return (
-        x509.CertificateBuilder()
-        .subject_name(_name(subject))
-        .issuer_name(issuer)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - timedelta(hours=1))
-        .not_valid_after(now + timedelta(days=VALID_DAYS))
-    )
-
-
-def _name(common_name: str) -> x509.Name:
-    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, common_name)])
-
-
-def _authority() -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = _name("remote operation tower authority")
-    certificate = (
-        _builder("remote operation tower authority", name, key)
-        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
-        .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
-        .add_extension(_certificate_signing(), critical=True)
-        .sign(key, hashes.SHA256())
-    )
-    return key, certificate
-
-
-def _certificate_signing() -> x509.KeyUsage:
-    return x509.KeyUsage(
-        digital_signature=True,
-        content_commitment=False,
-        key_encipherment=False,
-        data_encipherment=False,
-        key_agreement=False,
-        key_cert_sign=True,
-        crl_sign=True,
-        encipher_only=False,
-        decipher_only=False,
-    )
-
-
-def _issue(
-    role: Role, authority_key: ec.EllipticCurvePrivateKey, authority: x509.Certificate
-) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
-    key = ec.generate_private_key(ec.SECP256R1())
-    both = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]  # either side may dial
-    hosts = x509.SubjectAlternativeName([x509.DNSName("localhost"), x509.IPAddress(ip_address("127.0.0.1"))])
-    certificate = (
-        _builder(role, authority.subject, key)
-        .add_extension(hosts, critical=False)
-        .add_extension(x509.ExtendedKeyUsage(both), critical=False)
-        .add_extension(x509.AuthorityKeyIdentifier.from_issuer_public_key(authority_key.public_key()), critical=False)
-        .sign(authority_key, hashes.SHA256())
-    )
-    return key, certificate

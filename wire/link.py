@@ -11,7 +11,6 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 import zenoh
@@ -19,10 +18,13 @@ import zenoh
 from wire import certificates
 from wire.access import access_control
 from wire.clock import Clock
+from wire.endpoint import Endpoint
 from wire.latest import EventQueue, Latest
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
+from wire.reach import told_why
 from wire.settings import LinkSettings
-from wire.topics import CAR, QUERIES, TOPICS, Kind, Role, Travel, key
+from wire.site import dialled, listened, own_hub, site_of, vehicles
+from wire.topics import QUERIES, TOPICS, Kind, Role, Travel, key
 
 log = logging.getLogger(__name__)
 
@@ -48,7 +50,7 @@ class Stopped(Exception):
     """The program was asked to stop while it waited for its hub."""
 
 
-def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zenoh.Config:
+def session_configuration(settings: LinkSettings, role: Role, hub: bool, waits: bool = True) -> zenoh.Config:
     """The Zenoh configuration of one process. Raises LinkError when certificates are missing from a folder that holds some.
 
     Where there are none at all the first program makes them: one command is enough to run on one machine.
@@ -56,11 +58,7 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zeno
     folder = certificates.folder_of(settings.certificates)
     if certificates.make_if_none(folder):
         log.info("made a local authority and certificates in %s", folder)
-    for name in (f"{certificates.AUTHORITY}.pem", f"{role}.pem", f"{role}.key"):
-        if not (folder / name).is_file():
-            raise LinkError(f"{folder / name}: no such certificate; make them with: tower certificates")
-    site = "car" if role in CAR else "tower"
-    own, far = (settings.car_hub, settings.tower_hub) if site == "car" else (settings.tower_hub, settings.car_hub)
+    site = site_of(role)
     entries: dict[str, Any] = {
         "mode": "router" if hub else "client",
         "scouting/multicast/enabled": False,
@@ -68,18 +66,17 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zeno
         "transport/link/tx/lease": settings.lease_ms,
         "transport/link/tx/keep_alive": 4,
         "transport/link/tx/queue/size/data": 16,  # batches of 64 kB: pictures come in bursts, and a dropped one is lost
-        "transport/link/tls": _tls(folder, role),
+        "transport/link/tls": tls_of(settings, role),
     }
     if hub:
-        entries["listen/endpoints"] = [_endpoint(own)]
-        entries["access_control"] = access_control(settings.vehicle_id, site, settings.accepts_script)
-        if settings.dials == site:
-            entries["connect/endpoints"] = [_endpoint(far)]
-            entries["connect/timeout_ms"] = -1  # in the background, for ever; 0 would be one attempt
-            entries["connect/exit_on_failure"] = False
-            entries["connect/retry"] = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5}
+        entries["listen/endpoints"] = [each.zenoh for each in listened(settings, site)] if waits else []
+        entries["access_control"] = access_control(vehicles(settings, site), site, settings.accepts_script)
+        entries["connect/endpoints"] = [each.zenoh for each in dialled(settings, site)]
+        entries["connect/timeout_ms"] = -1  # in the background, for ever; 0 would be one attempt
+        entries["connect/exit_on_failure"] = False
+        entries["connect/retry"] = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5}
     else:
-        entries["connect/endpoints"] = [_endpoint(own)]
+        entries["connect/endpoints"] = [own_hub(settings, site).zenoh]
         entries["connect/timeout_ms"] = _OPEN_TIMEOUT_MS
         entries["connect/retry"] = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
     configuration = zenoh.Config()
@@ -88,11 +85,13 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool) -> zeno
     return configuration
 
 
-def _endpoint(address: str) -> str:
-    return f"quic/{address}?mixed_rel=1"
-
-
-def _tls(folder: Path, role: Role) -> dict[str, Any]:
+def tls_of(settings: LinkSettings, role: Role) -> dict[str, Any]:
+    """Zenoh's transport/link/tls of a role. Raises LinkError when its certificate is missing, damaged or has expired."""
+    folder = certificates.folder_of(settings.certificates)
+    try:
+        certificates.check(folder, role, settings.vehicle_id)
+    except certificates.CertificateError as error:
+        raise LinkError(str(error)) from None
     key_file, certificate = str(folder / f"{role}.key"), str(folder / f"{role}.pem")
     return {
         "root_ca_certificate": str(folder / f"{certificates.AUTHORITY}.pem"),
@@ -106,20 +105,22 @@ def _tls(folder: Path, role: Role) -> dict[str, Any]:
 
 
 @contextmanager
-def open_link(settings: LinkSettings, role: Role, clock: Clock, stop: threading.Event, *, hub: bool = False) -> Iterator["Link"]:
+def open_link(
+    settings: LinkSettings, role: Role, clock: Clock, stop: threading.Event, *, hub: bool = False, waits: bool = True
+) -> Iterator["Link"]:
     """The link of one process; leaving the context closes it.
 
     A client waits for its hub until `stop` is set (raises Stopped). A hub raises LinkError at once when its port is taken.
+    waits  whether a hub can be joined by others; one that only looks at other sites need not take a port
     """
-    configuration = session_configuration(settings, role, hub)
-    session = (
-        _open_hub(configuration, settings, role)
-        if hub
-        else _open_client(configuration, stop, settings.car_hub if role in CAR else settings.tower_hub)
-    )
+    configuration = session_configuration(settings, role, hub, waits)
+    site = site_of(role)
+    places = dialled(settings, site) if hub else ()
+    session = _open_hub(configuration, settings, site) if hub else _open_client(configuration, stop, own_hub(settings, site))
     link = Link(session, settings.vehicle_id, role, clock)
     try:
-        yield link
+        with told_why(tls_of(settings, role), places, lambda: link.sites):
+            yield link
     finally:
         _close(session)
 
@@ -136,17 +137,18 @@ def _say_goodbye(session: zenoh.Session) -> None:
         session.close()  # type: ignore[no-untyped-call]
 
 
-def _open_hub(configuration: zenoh.Config, settings: LinkSettings, role: Role) -> zenoh.Session:
+def _open_hub(configuration: zenoh.Config, settings: LinkSettings, site: str) -> zenoh.Session:
     try:
         return zenoh.open(configuration)
     except zenoh.ZError as error:
-        place, name = (settings.car_hub, "car_hub") if role in CAR else (settings.tower_hub, "tower_hub")
+        places = " and ".join(str(each) for each in listened(settings, site))
         raise LinkError(
-            f"cannot listen on {place}: {error}; is another drive running? choose a free port with [wire.link] {name}"
+            f"cannot listen on {places}: {str(error).partition(' at /')[0]}; is another drive running, and is the address this "
+            f"machine's? choose a free one with [wire.link] {site}_hub or listen"
         ) from None
 
 
-def _open_client(configuration: zenoh.Config, stop: threading.Event, hub: str) -> zenoh.Session:
+def _open_client(configuration: zenoh.Config, stop: threading.Event, hub: Endpoint) -> zenoh.Session:
     tries = 0
     while not stop.is_set():
         try:
@@ -174,6 +176,15 @@ class Link:
         self._kept: list[Any] = []  # Zenoh undeclares what is no longer referenced
         self.dropped: Counter[str] = Counter()
 
+    def of(self, vehicle_id: str) -> "Link":
+        """The same session's view of another vehicle; access control decides what of it may be seen."""
+        return Link(self._session, vehicle_id, self._role, self._clock)
+
+    @property
+    def sites(self) -> int:
+        """How many hubs of other sites are joined to this one now."""
+        return len(self._session.info.routers_zid())
+
     def publish(self, name: str, message: Message | bytes) -> None:
         """Send on a topic of the table. Raises KeyError for a topic that is not in it."""
         publisher = self._publishers.get(name) or self._declare(name)
@@ -181,12 +192,6 @@ class Link:
             publisher.put(message if isinstance(message, bytes) else encode(message))
         except zenoh.ZError:
             self.dropped["link closed"] += 1
-
-    def is_heard(self, name: str) -> bool:
-        """Whether anybody is subscribed to what we publish on a topic. Asks no one: the answer is in our own tables."""
-        publisher = self._publishers.get(name) or self._declare(name)
-        status: Any = publisher.matching_status  # against its own declaration
-        return bool(status.matching)
 
     def _declare(self, name: str) -> zenoh.Publisher:
         priority, reliability, congestion = _TRAVEL[TOPICS[name].travel]

@@ -30,6 +30,14 @@ TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW})
 COCKPITS = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT})
 
 
+def certificate_names(role: Role, vehicle_id: str) -> tuple[str, ...]:
+    """The common names under which a role may come for one vehicle: what was issued for this car speaks for no other.
+
+    The bare name of a car's role exists only beside the authority itself, which could issue any.
+    """
+    return (str(role), f"{role}.{vehicle_id}") if role in CAR else (str(role),)
+
+
 class Travel(StrEnum):
     """Priority, reliability and congestion as one choice; BLOCK and DROP never share a priority (zenoh #2584)."""
 

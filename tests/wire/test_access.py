@@ -25,7 +25,7 @@ def allowed(control: dict[str, Any], role: Role, flow: str, message: str) -> set
 
 
 def control(site: str, script: bool = True) -> dict[str, Any]:
-    return access_control(CAR_ID, site, script)
+    return access_control((CAR_ID,), site, script)
 
 
 @pytest.mark.parametrize(("site", "script"), list(product(SITES, (False, True))))

@@ -1,29 +1,116 @@
-"""`tower drive`: cockpit and window together, looked after, for a car that is already running."""
+"""`tower drive`: cockpit and window together, looked after, for a car that is already running - here or on another machine.
 
+Which car and where is chosen by the command line over the configuration; the choice is written down in the session's folder
+for the programs that it starts.
+"""
+
+import sys
 import threading
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import msgspec
+import tomli_w
+import typer
 from rich.console import Console
 
 from tower.demo.crew import TOWER, crew, utc_folder
+from tower.fleet import Fleet, choices, looking, show, table, towards_one, wait_for_all
 from wire import certificates
-from wire.configuration import read_sections
-from wire.settings import WireSettings
+from wire.clock import Clock
+from wire.configuration import ConfigurationError, read_sections, read_tables
+from wire.link import LinkError, tls_of
+from wire.reach import obstacle
+from wire.settings import LinkSettings, WireSettings
+from wire.site import dialled, override, own_hub
+from wire.topics import Role
 
 LOOK_S = 0.2
+FIRST_LOOK_S = 3.0  # until the car has said how it is
 
 
-def run(config: Path, stop: threading.Event, sessions: Path) -> int:
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What the command line chose; empty: as configured."""
+
+    vehicle: str = ""
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+
+
+def run(config: Path, stop: threading.Event, sessions: Path, choice: Choice) -> int:
     """Until the window is closed or a signal comes. A process that dies is started again."""
     console = Console(highlight=False, soft_wrap=True)
     wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
-    certificates.ensure(certificates.folder_of(wire.link.certificates))
+    clock = Clock(wire.clock.tower_offset_ns)
+    link = override(wire.link, choice.vehicle, choice.connect, choice.listen)
+    certificates.ensure(certificates.folder_of(link.certificates))
+    link = _take_one(link, clock, stop, console, bool(choice.vehicle))
+    _look_first(link, clock, stop, console)
     folder = utc_folder(sessions)
-    console.print(f"connecting to {wire.link.vehicle_id} at {wire.link.car_hub}; logs in {folder / 'logs'}")
-    with crew(TOWER, config.resolve(), folder) as people:
+    written = write_drive(read_tables(config), link, folder)
+    console.print(f"driving {link.vehicle_id}; logs in {folder / 'logs'}")
+    with crew(TOWER, written, folder) as people:
         while not stop.wait(LOOK_S):
             for ended in people.look_after():
                 console.print(f"{ended.name} ended ({ended.how}){': started again' if ended.started_again else ''}")
                 if not ended.started_again:
                     return 0 if ended.how == "exit 0" else 1
     return 0
+
+
+def look(config: Path, stop: threading.Event, choice: Choice, patience_s: float, watch: bool) -> int:
+    """`tower vehicles`: the cars to choose from, or the one that the command line names."""
+    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+    link = override(wire.link, choice.vehicle, choice.connect, choice.listen)
+    certificates.ensure(certificates.folder_of(link.certificates))
+    link = towards_one(link) if choice.vehicle else link
+    return show(link, Clock(wire.clock.tower_offset_ns), stop, patience_s, watch)
+
+
+def write_drive(tables: dict[str, Any], link: LinkSettings, folder: Path) -> Path:
+    """`folder`/drive.toml: the configuration with the chosen car, and this folder as the session's."""
+    wire = tables.setdefault("wire", {})
+    wire["link"] = msgspec.to_builtins(link)
+    wire.setdefault("session", {}).update(folder=str(folder), name=folder.name)
+    written = folder / "drive.toml"
+    written.write_bytes(tomli_w.dumps(tables).encode())
+    return written
+
+
+def _take_one(link: LinkSettings, clock: Clock, stop: threading.Event, console: Console, named: bool) -> LinkSettings:
+    """The car to drive. Where there are several and none is named, the person at the terminal chooses."""
+    cars = choices(link)
+    if named or link.vehicle_id in cars:
+        return link
+    if len(cars) > 1:
+        with looking(link, clock, stop) as seen:
+            console.print(table(wait_for_all(Fleet(seen, cars), clock, stop, FIRST_LOOK_S), clock.now_ns()))
+        if not sys.stdin.isatty():
+            raise ConfigurationError(f"several cars: choose one with --vehicle: {', '.join(cars)}")
+        named_car = typer.prompt("vehicle", type=str)
+        if named_car not in cars:
+            raise ConfigurationError(f"{named_car}: no such car; choose one of: {', '.join(cars)}")
+        return msgspec.structs.replace(link, vehicle_id=named_car)
+    return msgspec.structs.replace(link, vehicle_id=cars[0])
+
+
+def _look_first(link: LinkSettings, clock: Clock, stop: threading.Event, console: Console) -> None:
+    """Say how the car is before anything is started. Raises LinkError for what waiting will not mend."""
+    places = dialled(link, "tower")
+    if not places:
+        console.print(f"waiting for {link.vehicle_id} to dial {', '.join(link.listen) or own_hub(link, 'tower')}")
+        return
+    obstacles = [each for each in (obstacle(tls_of(link, Role.TOWER_HUB), place) for place in places) if each is not None]
+    for each in obstacles:
+        if each.lasting:
+            raise LinkError(each.words)
+        console.print(f"{each.words} (waiting for it)")
+    if obstacles:
+        return
+    with looking(towards_one(link), clock, stop) as seen:
+        cars = wait_for_all(Fleet(seen, (link.vehicle_id,)), clock, stop, FIRST_LOOK_S)
+        console.print(table(cars, clock.now_ns()))
+        if not cars[0].is_here(clock.now_ns()) and seen.sites:
+            console.print(f"{places[0]} answers, but not as {link.vehicle_id}: is that its vehicle id? name another with --vehicle")

@@ -1,0 +1,147 @@
+"""Certificates for another machine, as one file: what that site needs and no more, never the authority's key.
+
+Issued for the purpose: a car's certificates carry its vehicle id (`wire.topics.certificate_names`), so that one car cannot
+speak for another. The file holds private keys: whoever has it can join as that site.
+"""
+
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from cryptography import x509
+from msgspec import Meta
+
+from wire.authority import common_name, hosts_of, is_issued_by, issue, read_pair
+from wire.certificates import AUTHORITY, CertificateError, authority_of, is_imported, write_pem
+from wire.messages.base import UNDECODABLE, Message, decoder, encode
+from wire.topics import CAR, TOWER, Role, certificate_names
+
+_SIMULATION = frozenset({Role.SIMULATE, Role.TOWER_SCRIPT})  # a real site needs neither
+_AGAIN = "export it again, and carry it over whole"
+_BUNDLE_MAX_BYTES = 1_000_000  # ours: a car's is 12 kB
+
+Pem = Annotated[str, Meta(max_length=10_000)]
+
+
+class Issued(Message):
+    key: Pem
+    certificate: Pem
+
+
+class Bundle(Message):
+    """The file, as JSON."""
+
+    vehicle_id: Annotated[str, Meta(pattern=r"^[a-z0-9-]{0,40}$")]  # "" for a tower
+    authority: Pem  # its certificate
+    roles: dict[Role, Issued]
+    digest: str  # SHA-256 of the rest, in hexadecimal: a file that was cut or changed on the way is noticed
+
+
+def export(folder: Path, vehicle_id: str, hosts: tuple[str, ...], with_simulation: bool) -> Bundle:
+    """New certificates for another machine. Raises CertificateError when this folder holds no authority.
+
+    vehicle_id       of the car they are for; "" for a tower
+    hosts            names and addresses under which the other site dials that machine
+    with_simulation  also for the simulated world, or for the scripted operator
+    """
+    authority = authority_of(folder)
+    wanted = (CAR if vehicle_id else TOWER) - (frozenset() if with_simulation else _SIMULATION)
+    try:
+        pairs = {role: issue(certificate_names(role, vehicle_id)[-1], hosts, authority) for role in sorted(wanted)}
+    except ValueError as error:
+        raise CertificateError(f"--host {' '.join(hosts)}: neither names nor addresses: {error}") from None
+    roles = {role: Issued(key=pair.key_pem.decode(), certificate=pair.certificate_pem.decode()) for role, pair in pairs.items()}
+    bare = Bundle(vehicle_id=vehicle_id, authority=authority.certificate_pem.decode(), roles=roles, digest="")
+    return msgspec.structs.replace(bare, digest=_digest(bare))
+
+
+def write(bundle: Bundle, file: Path) -> None:
+    """For its owner's eyes only. Raises CertificateError when it cannot be written."""
+    try:
+        file.touch(mode=0o600)
+        file.chmod(0o600)
+        file.write_bytes(msgspec.json.format(encode(bundle), indent=1))
+    except OSError as error:
+        raise CertificateError(f"{file}: cannot be written: {error.strerror}; name another file") from None
+
+
+def read(file: Path) -> Bundle:
+    """A bundle that is whole, of one authority, and valid now. Raises CertificateError."""
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(_BUNDLE_MAX_BYTES)
+        bundle = decoder(Bundle).decode(data)
+    except FileNotFoundError:
+        raise CertificateError(f"{file}: no such file; make it with: tower certificates export {file.name}") from None
+    except OSError as error:
+        raise CertificateError(f"{file}: cannot be read: {error.strerror}") from None
+    except UNDECODABLE:
+        raise CertificateError(f"{file}: damaged, or no bundle of certificates; {_AGAIN}") from None
+    if bundle.digest != _digest(bundle):
+        raise CertificateError(f"{file}: damaged or changed on the way; {_AGAIN}")
+    _check(bundle, file)
+    return bundle
+
+
+def install(bundle: Bundle, folder: Path, replace: bool) -> None:
+    """Write the bundle's certificates into a folder. Raises CertificateError.
+
+    replace  also when the folder has certificates of another authority, or an authority of its own: they are removed
+    """
+    before = folder / f"{AUTHORITY}.pem"
+    foreign = before.is_file() and (before.read_bytes() != bundle.authority.encode() or not is_imported(folder))
+    if foreign and not replace:
+        raise CertificateError(
+            f"{folder}: holds certificates of another authority or the authority itself; "
+            "add --replace to remove them, or choose another folder with --folder"
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        if foreign:
+            _clear(folder)
+        for role, issued in bundle.roles.items():
+            write_pem(folder, role, issued.key.encode(), issued.certificate.encode())
+        write_pem(folder, AUTHORITY, None, bundle.authority.encode())
+    except OSError as error:
+        raise CertificateError(f"{folder}: cannot be written: {error.strerror}; choose another folder with --folder") from None
+
+
+def hosts(bundle: Bundle) -> tuple[str, ...]:
+    """Under which names and addresses this site may be dialled."""
+    hub = Role.VEHICLE_HUB if bundle.vehicle_id else Role.TOWER_HUB
+    return hosts_of(x509.load_pem_x509_certificate(bundle.roles[hub].certificate.encode()))
+
+
+def ends(bundle: Bundle) -> datetime:
+    return min(x509.load_pem_x509_certificate(each.certificate.encode()).not_valid_after_utc for each in bundle.roles.values())
+
+
+def _digest(bundle: Bundle) -> str:
+    return sha256(encode(msgspec.structs.replace(bundle, digest=""))).hexdigest()
+
+
+def _check(bundle: Bundle, file: Path) -> None:
+    """What no accident leaves behind: a bundle put together by hand."""
+    hub = Role.VEHICLE_HUB if bundle.vehicle_id else Role.TOWER_HUB
+    if hub not in bundle.roles:
+        raise CertificateError(f"{file}: no certificate for {hub}; {_AGAIN}")
+    try:
+        authority = x509.load_pem_x509_certificate(bundle.authority.encode())
+        pairs = {role: read_pair(each.key.encode(), each.certificate.encode()) for role, each in bundle.roles.items()}
+    except ValueError as error:
+        raise CertificateError(f"{file}: {error}; {_AGAIN}") from None
+    for role, pair in pairs.items():
+        if not is_issued_by(pair.certificate, authority):
+            raise CertificateError(f"{file}: {role} was issued by another authority than the bundle's; {_AGAIN}")
+        if common_name(pair.certificate) != certificate_names(role, bundle.vehicle_id)[-1]:
+            raise CertificateError(f"{file}: {role} was issued for {common_name(pair.certificate)}; {_AGAIN}")
+    if ends(bundle) < datetime.now(UTC):
+        raise CertificateError(f"{file}: expired on {ends(bundle):%Y-%m-%d}; {_AGAIN}")
+
+
+def _clear(folder: Path) -> None:
+    for name in (AUTHORITY, *Role):
+        for end in ("pem", "key"):
+            (folder / f"{name}.{end}").unlink(missing_ok=True)
