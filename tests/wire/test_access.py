@@ -12,7 +12,7 @@ CAR_ID = "car-1"
 SITES = {"car": (CAR, Role.VEHICLE_HUB), "tower": (TOWER, Role.TOWER_HUB)}
 
 
-def allowed(control: dict[str, Any], role: Role, flow: str, message: str) -> set[str]:
+def allowed(control: dict[str, Any], role: str, flow: str, message: str) -> set[str]:
     """The keys that this hub lets pass for whoever shows this role's certificate."""
     subjects = {subject["id"] for subject in control["subjects"] if str(role) in subject["cert_common_names"]}
     rules = {rule for policy in control["policies"] if subjects & set(policy["subjects"]) for rule in policy["rules"]}
@@ -122,3 +122,21 @@ def test_no_rule_names_another_car_or_a_wildcard():
     for site in SITES:
         for rule in control(site)["rules"]:
             assert all(expression.startswith(f"rot/{CAR_ID}/") and "*" not in expression for expression in rule["key_exprs"])
+
+
+def test_a_car_is_taken_only_under_its_own_name_and_only_for_its_own_keys():
+    """Issued for one car, a certificate speaks for no other; the bare name exists only beside the authority."""
+    tower = access_control((CAR_ID, "car-2"), "tower", False)
+    for message, flow in product(("put", "reply", "declare_queryable"), ("ingress",)):
+        for vehicle_id in (CAR_ID, "car-2"):
+            spoken = allowed(tower, f"vehicle-hub.{vehicle_id}", flow, message)
+            assert spoken and all(expression.startswith(f"rot/{vehicle_id}/") for expression in spoken)
+    assert allowed(tower, "vehicle-hub.car-3", "ingress", "put") == set()
+    car = control("car")
+    assert allowed(car, f"autonomy.{CAR_ID}", "ingress", "put") == allowed(car, Role.AUTONOMY, "ingress", "put") != set()
+    assert allowed(car, "autonomy.car-2", "ingress", "put") == set()
+
+
+def test_a_window_may_see_every_car_of_the_fleet():
+    tower = access_control((CAR_ID, "car-2"), "tower", False)
+    assert {key(CAR_ID, "gateway_status"), key("car-2", "gateway_status")} <= allowed(tower, Role.WINDOW, "egress", "put")

@@ -1,0 +1,89 @@
+"""Why a hub cannot be reached, in words, from real attempts on loopback."""
+
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from wire.authority import issue
+from wire.certificates import authority_of, make, write_pem
+from wire.clock import Clock
+from wire.endpoint import Endpoint, parse
+from wire.link import LinkError, open_link, tls_of
+from wire.reach import explained, obstacle
+from wire.settings import LinkSettings
+from wire.topics import Role
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reach") / "certificates"
+    make(folder)
+    return folder
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        return int(taken.getsockname()[1])
+
+
+@pytest.fixture(scope="module")
+def car(home: Path) -> Iterator[LinkSettings]:
+    settings = LinkSettings(
+        certificates=str(home), car_hub=f"127.0.0.1:{free_port()}", listen=(f"127.0.0.2:{free_port()}",), dials="tower"
+    )
+    with open_link(settings, Role.VEHICLE_HUB, Clock(), threading.Event(), hub=True):
+        yield settings
+
+
+def test_a_hub_with_the_same_authority_is_reached(car: LinkSettings):
+    assert obstacle(tls_of(car, Role.TOWER_HUB), parse(car.car_hub)) is None
+
+
+def test_a_stranger_s_authority_is_named_and_waiting_will_not_help(car: LinkSettings, tmp_path: Path):
+    make(tmp_path)
+    found = obstacle(tls_of(replace(car, certificates=str(tmp_path)), Role.TOWER_HUB), parse(car.car_hub))
+    assert found is not None and found.lasting
+    assert "another authority" in found.words and "tower certificates export" in found.words
+
+
+def test_an_address_that_the_certificate_does_not_name_is_told_with_the_option_that_adds_it(car: LinkSettings):
+    found = obstacle(tls_of(car, Role.TOWER_HUB), parse(car.listen[0]))
+    assert found is not None and found.lasting
+    assert "export it again with --host 127.0.0.2" in found.words
+
+
+def test_an_expired_certificate_of_our_own_is_noticed_before_it_is_shown_to_anybody(car: LinkSettings, home: Path, tmp_path: Path):
+    old = tmp_path / "old"
+    make(old)
+    expired = issue("vehicle-hub", (), authority_of(home), days=0)
+    (old / "authority.pem").write_bytes((home / "authority.pem").read_bytes())
+    write_pem(old, "vehicle-hub", expired.key_pem, expired.certificate_pem)
+    with pytest.raises(LinkError, match="expired on"):
+        tls_of(replace(car, certificates=str(old)), Role.VEHICLE_HUB)
+
+
+def test_a_hub_that_is_not_there_may_come_yet(home: Path, car: LinkSettings):
+    found = obstacle(tls_of(car, Role.TOWER_HUB), Endpoint("127.0.0.1", free_port()))
+    assert found is not None and not found.lasting
+    assert "no answer" in found.words
+
+
+@pytest.mark.parametrize(
+    ("said", "lasting", "words"),
+    [
+        ("invalid peer certificate: certificate expired: verification time 5", True, "has expired"),
+        ("invalid peer certificate: UnknownIssuer at /root/x.rs:1.", True, "another authority"),
+        ("failed to lookup address information: Name or service not known", True, "no host of that name"),
+        ("sendmsg error: Network is unreachable (os error 101) at /root/x.rs:1.", False, "no way to it"),
+        ("something new at /root/x.rs:1.", False, "car:7450: something new"),
+    ],
+)
+def test_what_the_library_says_becomes_one_line_with_the_fix(said: str, lasting: bool, words: str):
+    found = explained(said, Endpoint("car", 7450))
+    assert found.lasting is lasting
+    assert words in found.words and "/root" not in found.words
