@@ -193,6 +193,12 @@ class Link:
         except zenoh.ZError:
             self.dropped["link closed"] += 1
 
+    def is_heard(self, name: str) -> bool:
+        """Whether anybody is subscribed to what we publish on a topic. Asks no one: the answer is in our own tables."""
+        publisher = self._publishers.get(name) or self._declare(name)
+        status: Any = publisher.matching_status  # against its own declaration
+        return bool(status.matching)
+
     def _declare(self, name: str) -> zenoh.Publisher:
         priority, reliability, congestion = _TRAVEL[TOPICS[name].travel]
         publisher = self._session.declare_publisher(
