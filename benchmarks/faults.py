@@ -40,6 +40,7 @@ DRIVING = (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER, Mode.REM
 COMES_AFTER = {Mode.HANDING_OVER: Mode.TAKEOVER_REQUESTED, Mode.HANDING_BACK: Mode.REMOTE}  # they last one cycle, about 5 ms
 VICTIMS = ("cockpit", "window", "video", "gateway", "ecu", "autonomy", "recorder")
 HOWS = (signal.SIGKILL, signal.SIGSTOP)
+ATTEMPTS = 3  # drives to come to the moment of a case
 LONGEST_S = 40.0  # the drive on the short scenario takes about 43 s
 RESULTS = Path("benchmarks/results/faults.json")
 EVIDENCE = Path("sessions/faults")  # where a drive that did not hold stays
@@ -94,6 +95,10 @@ def _come_to(drive: Drive, moment: Mode | float) -> None:
     elif moment in COMES_AFTER:
         drive.wait_until(what, lambda: drive.mode is COMES_AFTER[moment], PATIENCE_S)
         drive.wait_until(what, lambda: drive.mode is not COMES_AFTER[moment], PATIENCE_S)
+        if drive.mode in STOPPING:
+            raise RigError(
+                f"the car stopped by itself before {what}: {drive.observer.status.cause if drive.observer.status else ''}"
+            )
     else:
         drive.wait_until(what, lambda: drive.mode is moment and drive.referee()[-1].speed_m_s >= SPEED_MIN_M_S, PATIENCE_S)
 
@@ -173,6 +178,15 @@ def recording_is_whole(folder: Path) -> bool:
 
 
 def measure(case: Case) -> Row:
+    """Up to `ATTEMPTS` drives until one comes to the case's moment: a machine shared with others may stop the car before."""
+    rows = [_measured(case)]
+    while not rows[-1].mode and len(rows) < ATTEMPTS:
+        rows.append(_measured(case))
+    note = f"; in {len(rows) - 1} drives before the car had stopped by itself first" if len(rows) > 1 else ""
+    return replace(rows[-1], text=rows[-1].text + note)
+
+
+def _measured(case: Case) -> Row:
     """One drive for one case; what could not be brought about counts as not held, and its drive is kept."""
     with tempfile.TemporaryDirectory(prefix="faults-") as place:
         try:
