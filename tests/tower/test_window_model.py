@@ -255,11 +255,18 @@ def test_a_frozen_picture_says_so_with_its_age() -> None:
     assert (model.picture.title, model.picture.detail) == ("FROZEN", "The picture is 1.4 s old")
 
 
-def test_a_lost_focus_is_said_when_the_keyboard_is_the_device() -> None:
-    assert "no focus" in view_model(sights(status(Mode.REMOTE), focus=False)).toast
-    scripted = heard(operator(device="scripted"))
-    assert view_model(sights(status(Mode.REMOTE), focus=False, operator=scripted)).toast == ""
-    assert "Scripted operator drives the controls" in view_model(sights(status(Mode.REMOTE), operator=scripted)).operator.note
+@pytest.mark.parametrize("mode", list(Mode))
+def test_a_lost_focus_is_said_when_the_window_reads_the_device(mode: Mode) -> None:
+    """On the card while the operator's controls count, as a toast otherwise; a wheel needs no focus."""
+    steered = mode in (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
+    for device in ("keyboard", "gamepad"):
+        model = view_model(sights(status(mode), focus=False, operator=heard(operator(device=device))))
+        assert ("no focus" in model.toast) is not steered
+        assert (model.card is not None and model.card.title == "CONTROLS RELEASED") is steered
+    scripted = view_model(sights(status(mode), focus=False, operator=heard(operator(device="scripted"))))
+    assert scripted.toast == ""
+    assert scripted.card is None or scripted.card.title != "CONTROLS RELEASED"
+    assert "Scripted operator drives the controls" in scripted.operator.note
 
 
 def test_the_end_is_shown_at_the_goal_once_the_car_stands() -> None:

@@ -151,11 +151,11 @@ def test_the_path_is_drawn_while_the_operators_wheel_counts_or_is_about_to(mode:
 def test_the_path_begins_where_a_command_given_now_takes_effect_and_the_stopping_line_follows() -> None:
     """4 m/s for 100 ms are 0.4 m; 4 m/s at 2.5 m/s2 within 5 m/s3 are 4.1 m (2.0 s of braking, added up in small steps)."""
     view = road_view(sights(status(Mode.REMOTE)))
-    assert view is not None and view.until_stop is not None and view.beyond is not None
+    assert view is not None and view.until_stop is not None and view.whole is not None
     assert view.until_stop.right[0][0] == pytest.approx(FRONT_M + 0.4, abs=1e-6)
     assert view.until_stop.right[-1][0] == pytest.approx(FRONT_M + 0.4 + 4.174, abs=0.01)
     assert view.stop_text == "stop 4 m"
-    assert view.beyond.right[-1][0] == pytest.approx(view.until_stop.right[-1][0] + 3.0 * 4.0, abs=1e-6)
+    assert view.whole.right[-1][0] == pytest.approx(view.until_stop.right[-1][0] + 3.0 * 4.0, abs=1e-6)
 
 
 def test_the_braking_assumed_is_the_cars_own_firm_stop() -> None:
@@ -164,9 +164,9 @@ def test_the_braking_assumed_is_the_cars_own_firm_stop() -> None:
 
 def test_the_path_bends_to_the_side_of_the_wheel() -> None:
     left, right = road_view(sights(status(Mode.REMOTE), angle_rad=0.2)), road_view(sights(status(Mode.REMOTE), angle_rad=-0.2))
-    assert left is not None and right is not None and left.beyond is not None and right.beyond is not None
-    assert left.beyond.left[-1][1] > 3.0
-    assert right.beyond.right[-1][1] == pytest.approx(-left.beyond.left[-1][1])
+    assert left is not None and right is not None and left.whole is not None and right.whole is not None
+    assert left.whole.left[-1][1] > 3.0
+    assert right.whole.right[-1][1] == pytest.approx(-left.whole.left[-1][1])
 
 
 def test_no_path_without_a_picture_that_moves_without_calibration_or_backwards() -> None:

@@ -16,14 +16,14 @@ def draw_tab(ink: Ink, look: Look) -> None:
     """Words and sign on the mode's colour, hanging from the top edge."""
     wide, high = ink.size
     inked: Rgba = (*look.ink, 255)
-    size = 27.0
+    size = 29.0
     words = ink.text_width(look.words, size, BOLD)
     needed = min(words + 96, wide)
     left = (wide - needed) / 2
     ink.polygon(_hanging(left - 3, needed + 6, high, 20), _DARK)
     ink.polygon(_hanging(left, needed, high - 3, 17), (*look.colour, 255))
     SIGNS[look.sign](ink, left + 40, high / 2 - 1, inked, (*look.colour, 255))
-    ink.text(look.words, left + 68, high / 2 + 8.5, size, inked, BOLD)
+    ink.text(look.words, left + 68, high / 2 + 9, size, inked, BOLD)
 
 
 def _hanging(left: float, wide: float, high: float, radius: float) -> list[XY]:
@@ -40,15 +40,15 @@ def draw_subtitle(ink: Ink, view: BannerView) -> None:
     if not view.cause and not view.hint:
         return
     wide, high = ink.size
-    size, gap, pad = 15.0, 22.0, 18.0
+    size, gap, pad = 18.0, 24.0, 18.0
     cause = min(ink.text_width(view.cause, size), wide - 2 * pad) if view.cause else 0.0
     room = wide - 2 * pad - (cause + gap if cause else 0.0)
     hint = min(ink.text_width(view.hint, size), room) if room > 60 else 0.0
     total = cause + hint + (gap if cause and hint else 0.0)
     left = (wide - total) / 2
     ink.box(left - pad, 0, total + 2 * pad, high, PANEL, high / 2)
-    ink.text(view.cause, left, high / 2 + 5.5, size, DIM if view.tone is Tone.CALM else TONES[view.tone], REGULAR, room=cause + 2)
+    ink.text(view.cause, left, high / 2 + 6.5, size, DIM if view.tone is Tone.CALM else TONES[view.tone], REGULAR, room=cause + 2)
     if cause and hint:
         ink.disc(left + cause + gap / 2, high / 2 + 0.5, 2.0, DIM)
     if hint:
-        ink.text(view.hint, left + total - hint, high / 2 + 5.5, size, TEXT, REGULAR, room=hint + 2)
+        ink.text(view.hint, left + total - hint, high / 2 + 6.5, size, TEXT, REGULAR, room=hint + 2)

@@ -12,18 +12,39 @@ from wire.messages.vehicle import GatewayStatus, Mode
 
 GUARD_S = 10.0  # architecture: after a hand-back the operator guards for 10 s; only for the length of the bar
 _STOPPING = (Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP)
+UNFOCUSED = "CONTROLS RELEASED"
+_STEERED = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
+_WINDOW_DEVICES = ("keyboard", "gamepad")  # read by the window, so they need its focus
 _ALIGNED = ("ready", "active")  # phases of the wheel in which it fits the car's angle
 
 
 def card(sights: Sights) -> CardView | None:
-    """The first that applies: STOP, a request, control changing hands, the guard. None: the view stays free."""
+    """The first that applies: STOP, a lost focus, a request, control changing hands, the guard. None: the view stays free."""
     operator = sights.fresh_operator
     mode = known_mode(sights.status, sights.now_ns)
-    stop = _stop(operator, mode)
-    if stop is not None or mode is None or sights.status is None:
-        return stop
+    first = _stop(operator, mode) or _unfocused(sights, mode)
+    if first is not None or mode is None or sights.status is None:
+        return first
     make = _BY_MODE.get(mode)
     return make(sights.status.message, operator) if make is not None else None
+
+
+def focus_is_missed(sights: Sights) -> bool:
+    """The window has lost the focus, and what it would read from the operator counts as released."""
+    operator = sights.fresh_operator
+    return not sights.focus and operator is not None and operator.device.startswith(_WINDOW_DEVICES)
+
+
+def _unfocused(sights: Sights, mode: Mode | None) -> CardView | None:
+    """Only while the operator drives or is about to: a request says more, and a toast says this then."""
+    if mode not in _STEERED or not focus_is_missed(sights):
+        return None
+    return CardView(
+        title=UNFOCUSED,
+        tone=Tone.BAD,
+        action="Click into this window",
+        note="It lost the focus: every control counts as released",
+    )
 
 
 def _stop(operator: OperatorStatus | None, mode: Mode | None) -> CardView | None:
@@ -130,7 +151,7 @@ def _steps(operator: OperatorStatus | None, asked: bool) -> tuple[Step, ...]:
         return ()
     held = dead_man_name(operator.device).removeprefix("the ")
     aligned = operator.dead_man and operator.wheel_phase in _ALIGNED
-    return (Step(f"hold {held}", operator.dead_man), Step("align the wheel", aligned), Step("press Enter", asked))
+    return (Step(f"hold {held}", operator.dead_man), Step("align wheel", aligned), Step("press Enter", asked))
 
 
 def _wheel_error_deg(operator: OperatorStatus | None) -> float | None:

@@ -1,22 +1,22 @@
 """Steering and acceleration: what was requested beside what the car applied, and the rule between them. Draws a ControlsView."""
 
-from tower.window.fonts import MEDIUM, REGULAR
+from tower.window.fonts import MEDIUM
 from tower.window.ink import Ink
 from tower.window.looks import AMBER
 from tower.window.palette import ASKED, BRAKING, DIM, GIVEN, PANEL, TEXT, TRACK, Rgba
 from tower.window.views import ControlsView
 
-_LEFT, _RIGHT, _THICK = 86.0, 346.0, 8.0
+_LEFT, _RIGHT, _THICK = 104.0, 328.0, 9.0
 _MIDDLE = (_LEFT + _RIGHT) / 2
 _CLAMPED: Rgba = (*AMBER, 255)
 
 
 def draw_controls(ink: Ink, view: ControlsView) -> None:
     ink.panel()
-    _draw_row(ink, 21, "Steering", view.steer_text, -view.steer_requested, -view.steer_applied, GIVEN, view.fresh)
+    _draw_row(ink, 23, "Steering", view.steer_text, -view.steer_requested, -view.steer_applied, GIVEN, view.fresh)
     _draw_row(
         ink,
-        45,
+        50,
         "Pedals",
         view.drive_text,
         view.drive_requested,
@@ -29,8 +29,8 @@ def draw_controls(ink: Ink, view: ControlsView) -> None:
 
 def _draw_row(ink: Ink, y: float, label: str, text: str, asked: float, given: float, colour: Rgba, fresh: bool) -> None:
     """asked, given  -1 at the left end, +1 at the right"""
-    ink.text(label, 18, y + 5, 14, DIM)
-    ink.text(text, 422, y + 5, 14, TEXT, MEDIUM, "right")
+    ink.text(label, 18, y + 6, 18, DIM)
+    ink.text(text, 424, y + 6, 18, TEXT, MEDIUM, "right")
     ink.box(_LEFT, y - _THICK / 2, _RIGHT - _LEFT, _THICK, TRACK, _THICK / 2)
     if fresh:
         half = (_RIGHT - _LEFT) / 2
@@ -47,13 +47,11 @@ def _draw_asked(ink: Ink, x: float, y: float) -> None:
 
 
 def _draw_rule(ink: Ink, view: ControlsView) -> None:
-    y = 70.0
+    y = 80.0
     if view.limited:
-        ink.polygon([(18, y - 1), (24, y - 12), (30, y - 1)], _CLAMPED)
-        ink.text(view.rule_text, 38, y, 14, _CLAMPED, MEDIUM, room=230)
+        ink.polygon([(18, y), (25, y - 13), (32, y)], _CLAMPED)
+        ink.text(view.rule_text, 40, y, 18, _CLAMPED, MEDIUM, room=340)
     else:
-        ink.text(view.rule_text, 18, y, 14, DIM, room=250)
-    ink.polygon([(290, y), (286, y - 8), (294, y - 8)], ASKED)
-    ink.text("requested", 299, y, 12, DIM, REGULAR)
-    ink.box(366, y - 7, 12, 6, GIVEN, 3)
-    ink.text("applied", 383, y, 12, DIM, REGULAR)
+        ink.text(view.rule_text, 18, y, 18, DIM, room=362)
+    ink.box(390, y - 18, 34, 24, TRACK, 6)
+    ink.text("F1", 407, y, 18, DIM, MEDIUM, "centre")

@@ -25,7 +25,7 @@ def draw_dial(ink: Ink, view: DialView) -> None:
         _draw_cap(ink, view.cap_km_h, abs(view.speed_km_h), view.scale_km_h)
     _draw_scale(ink, view.scale_km_h)
     ink.text(f"{abs(view.speed_km_h):.0f}" if view.fresh else "–", _X, _Y + 20, 66, TEXT, MEDIUM, "centre")
-    ink.text("km/h", _X, _Y + 44, 16, DIM, REGULAR, "centre")
+    ink.text("km/h", _X, _Y + 45, 18, DIM, REGULAR, "centre")
     _draw_gears(ink, view.gear if view.fresh else None)
     for side, lit in ((-1, view.left_lit), (1, view.right_lit)):
         _draw_indicator(ink, _X + side * 98, 26, side, INDICATOR if lit else FAINT)
@@ -47,7 +47,7 @@ def _draw_cap(ink: Ink, cap_km_h: float, speed_km_h: float, scale_km_h: int) -> 
     at = _angle(cap_km_h, scale_km_h)
     ink.ring(_X, _Y, _RADIUS, 9, _BEYOND, max(at, _angle(speed_km_h, scale_km_h)), _BEGIN + _SWEEP)
     ink.line([(_X + r * cos(at), _Y + r * sin(at)) for r in (_RADIUS - 8, _RADIUS + 12)], 4, _CAP)
-    ink.text(f"cap {cap_km_h:.0f}", _X, _Y - 42, 15, _CAP, MEDIUM, "centre")
+    ink.text(f"cap {cap_km_h:.0f}", _X, _Y - 40, 20, _CAP, MEDIUM, "centre")
 
 
 def _draw_gears(ink: Ink, gear: Gear | None) -> None:

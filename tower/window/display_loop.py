@@ -101,6 +101,7 @@ class DisplayLoop:
         self._motions: tuple[Motion, ...] = ()
         self._heard_ns: dict[str, int] = {}
         self._drawn_ns = self._shown_capture_ns = 0
+        self._bars = 0  # of link quality, as shown last
         self._sequence = 0
         self._over = False
 
@@ -148,7 +149,7 @@ class DisplayLoop:
                 self._log.add_loop_age(said)
                 loop_ms = round(said.loop_age_ms)
         age = age_ns(self._picture, now_ns, self._offset_ns())
-        self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns)
+        self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns, self._bars)
 
     def _is_news(self, name: str, received_ns: int) -> bool:
         news = self._heard_ns.get(name) != received_ns
@@ -163,7 +164,7 @@ class DisplayLoop:
         model = view_model(self._sights(now_ns))
         self._hud.draw(self._screen.surface, frame.image if frame is not None else None, model)
         self._screen.flip()
-        self._drawn_ns = now_ns
+        self._drawn_ns, self._bars = now_ns, model.link.bars
         return model
 
     def _sights(self, now_ns: int) -> Sights:

@@ -15,14 +15,14 @@ def draw_end(ink: Ink, view: EndView) -> None:
     ink.text(view.title, _LEFT, 62, 32, TEXT, BOLD, room=_RIGHT - _LEFT)
     _draw_timeline(ink, view, 92)
     for i, (label, text, mode) in enumerate(view.rows):
-        y = 156 + i * 28
+        y = 164 + i * 28
         if mode is not None:
             ink.box(_LEFT, y - 11, 11, 11, (*LOOKS[mode].colour, 255), 3)
-        ink.text(label, _LEFT + 20, y, 16, DIM, REGULAR)
-        ink.text(text, _RIGHT, y, 18, TEXT, MEDIUM, "right", room=330)
+        ink.text(label, _LEFT + 20, y, 18, DIM, REGULAR)
+        ink.text(text, _RIGHT, y, 18, TEXT, MEDIUM, "right", room=240)
         ink.box(_LEFT, y + 8.5, _RIGHT - _LEFT, 1, TRACK)
     if view.recording:
-        ink.text(f"Recording in {view.recording}", _LEFT, high - 30, 15, DIM, REGULAR, room=_RIGHT - _LEFT)
+        ink.text(f"Recording in {view.recording}", _LEFT, high - 28, 18, DIM, REGULAR, room=_RIGHT - _LEFT)
 
 
 def _draw_timeline(ink: Ink, view: EndView, y: float) -> None:
@@ -34,5 +34,5 @@ def _draw_timeline(ink: Ink, view: EndView, y: float) -> None:
         x = _LEFT + (_RIGHT - _LEFT) * stretch.begin_s / whole
         end = _LEFT + (_RIGHT - _LEFT) * min(stretch.end_s / whole, 1.0)
         ink.box(x, y, max(end - x, 1.0), 16, (*LOOKS[stretch.mode].colour, 255))
-    ink.text("0:00", _LEFT, y + 32, 12, DIM)
-    ink.text(f"{int(whole) // 60}:{int(whole) % 60:02d}", _RIGHT, y + 32, 12, DIM, REGULAR, "right")
+    ink.text("0:00", _LEFT, y + 35, 18, DIM)
+    ink.text(f"{int(whole) // 60}:{int(whole) % 60:02d}", _RIGHT, y + 35, 18, DIM, REGULAR, "right")

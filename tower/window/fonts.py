@@ -1,5 +1,9 @@
 """Text as surfaces, kept while in use. The font is Rubik, shipped inside OpenCV: no font of the system is needed.
 
+Legibility: nothing of the driving view is smaller than LEAST_SIZE. On a 24 inch monitor with 1920 x 1080 pixels (0.277 mm each),
+full screen, that is 27 px; capitals are 0.74 of it, 5.5 mm, which is 12.7 arc minutes at 1.5 m. ISO 15008 asks for at least 12;
+what has to be read at a glance (who drives, speed, what to do) has 14 to 46. A smaller window is read from nearer.
+
 OpenCV's text crashes on lone surrogates (5.0.0, 2026-10), so only printable characters reach it, and only the first 240.
 """
 
@@ -13,6 +17,8 @@ import pygame
 
 from tower.window.palette import Rgba
 
+LEAST_SIZE = 18.0  # design units (720 to the window's height)
+CAP_SHARE = 0.74  # of the size: capitals of Rubik, measured on "H" at 18 to 100 px
 THIN, REGULAR, MEDIUM, BOLD = 300, 400, 500, 650
 _LONGEST = 240  # characters; the widest window shows fewer
 _KEPT = 600  # surfaces; about three times what one screen shows
@@ -69,6 +75,11 @@ class Type:
 
     def __init__(self) -> None:
         self._kept: OrderedDict[tuple[str, int, int, Rgba], tuple[pygame.Surface, int]] = OrderedDict()
+
+    @property
+    def sizes_px(self) -> frozenset[int]:
+        """Of every text that is kept: what has been drawn lately."""
+        return frozenset(size_px for _, size_px, _, _ in self._kept)
 
     def render(self, text: str, size_px: int, weight: int, colour: Rgba) -> tuple[pygame.Surface, int]:
         """`text` must be clean. The surface has per-pixel alpha."""

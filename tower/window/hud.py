@@ -45,6 +45,10 @@ class Hud:
         self._frame: tuple[Look, tuple[tuple[pygame.Surface, Box], ...]] | None = None
         self._scaled: Picture | None = None
 
+    @property
+    def text_sizes_px(self) -> frozenset[int]:
+        return self._type.sizes_px
+
     def draw(self, surface: pygame.Surface, picture: Picture | None, model: ViewModel) -> None:
         """Everything, bottom to top, onto the window's surface."""
         at = self._layout(surface, picture)

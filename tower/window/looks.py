@@ -67,7 +67,7 @@ BLUE: Colour = (22, 119, 214)
 TURQUOISE: Colour = (72, 207, 190)
 AMBER: Colour = (245, 179, 1)
 VERMILION: Colour = (222, 78, 20)
-PURPLE: Colour = (190, 120, 178)
+PURPLE: Colour = (216, 142, 206)
 GREY: Colour = (128, 138, 150)
 
 LOOKS: dict[Mode, Look] = {

@@ -73,7 +73,7 @@ def draw_map(ink: Ink, view: MapView) -> None:
     ink.panel()
     scene = view.scene
     if scene is None:
-        ink.text("No scene from the car", 124, 112, 15, DIM, MEDIUM, "centre")
+        ink.text("No scene from the car", 124, 112, 18, DIM, MEDIUM, "centre")
         return
     up = _Up(scene)
     if view.road_map is not None:
@@ -168,8 +168,8 @@ def _draw_car(ink: Ink, view: MapView) -> None:
 def _draw_distance(ink: Ink, view: MapView, scene: Scene) -> None:
     if view.road_map is not None:
         left = view.road_map.goal_station_m - scene.station_m
-        ink.box(8, 185, 106, 22, (13, 17, 23, 190), 7)
-        ink.text(f"Goal {left:.0f} m" if left > 1 else "Goal", 16, 201, 14, TEXT, MEDIUM, room=96)
+        ink.box(8, 181, 128, 27, (13, 17, 23, 190), 7)
+        ink.text(f"Goal {left:.0f} m" if left > 1 else "Goal", 16, 201, 18, TEXT, MEDIUM, room=114)
     if scene.deviation_m >= 0.5:
-        ink.box(150, 185, 90, 22, (13, 17, 23, 190), 7)
-        ink.text(f"± {min(scene.deviation_m, 999):.1f} m", 232, 201, 14, _TROUBLE, MEDIUM, "right")
+        ink.box(150, 181, 90, 27, (13, 17, 23, 190), 7)
+        ink.text(f"± {min(scene.deviation_m, 999):.1f} m", 232, 201, 18, _TROUBLE, MEDIUM, "right", room=78)

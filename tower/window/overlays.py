@@ -30,10 +30,10 @@ def draw_picture_state(ink: Ink, view: PictureView) -> None:
 
 def draw_toast(ink: Ink, text: str) -> None:
     wide, high = ink.size
-    needed = min(ink.text_width(text, 17, MEDIUM) + 48, wide)
+    needed = min(ink.text_width(text, 20, MEDIUM) + 48, wide)
     left = (wide - needed) / 2
     ink.box(left, 0, needed, high, _AMBER, high / 2)
-    ink.text(text, wide / 2, high / 2 + 6, 17, _BLACK, MEDIUM, "centre", room=needed - 30)
+    ink.text(text, wide / 2, high / 2 + 7, 20, _BLACK, MEDIUM, "centre", room=needed - 30)
 
 
 def draw_help(ink: Ink) -> None:
@@ -42,5 +42,5 @@ def draw_help(ink: Ink) -> None:
     row = (high - 26) / len(BINDINGS)
     for i, binding in enumerate(BINDINGS):
         y = 13 + row * (i + 0.72)
-        ink.text(binding.label, 18, y, 13, TEXT, MEDIUM, room=92)
-        ink.text(binding.control.value, 112, y, 13, DIM, REGULAR, room=176)
+        ink.text(binding.label, 16, y, 16, TEXT, MEDIUM, room=86)
+        ink.text(binding.control.value, 106, y, 16, DIM, REGULAR, room=206)

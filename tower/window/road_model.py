@@ -35,11 +35,11 @@ def road_view(sights: Sights) -> RoadView | None:
     place = _place(sights)
     if path is None and corridor is None and place is None:
         return None
-    until_stop, beyond, stop_m = path if path is not None else (None, None, 0.0)
+    until_stop, whole, stop_m = path if path is not None else (None, None, 0.0)
     return RoadView(
         camera=camera,
         until_stop=until_stop,
-        beyond=beyond,
+        whole=whole,
         stop_text=f"stop {stop_m:.0f} m" if path is not None else "",
         driving=mode is not Mode.HANDING_OVER,
         corridor=corridor,
@@ -81,7 +81,7 @@ def _strips(
     stop_m = stopping_distance_m(state.speed_m_s, min(STOP_BRAKING_M_S2, car.braking_max_m_s2), STOP_JERK_M_S3)
     end_m = min(max(stop_m + abs(state.speed_m_s) * LOOK_AHEAD_S, _SHORTEST_M), _LONGEST_M)
     angle = operator.road_wheel_angle_rad
-    return strip(begin, 0.0, stop_m, angle, car), strip(begin, min(stop_m, end_m), end_m, angle, car), stop_m
+    return strip(begin, 0.0, stop_m, angle, car), strip(begin, 0.0, end_m, angle, car), stop_m
 
 
 def _pose_at_capture(sights: Sights, scene: Scene) -> Pose:

@@ -77,16 +77,14 @@ class _Pen:
 
 
 def _draw_path(pen: _Pen, view: RoadView) -> list[Label]:
-    """Filled up to the stopping line, two thin lines beyond it; a preview has no fill."""
-    if view.until_stop is None or view.beyond is None:
+    """Two edges, filled between them up to the stopping line; a preview has no fill and thin edges."""
+    if view.until_stop is None or view.whole is None:
         return []
     left, right = pen.at(view.until_stop.left), pen.at(view.until_stop.right)
     if view.driving:
         pen.area([*left, *reversed(right)], BLUE, _FILL_SHARE)
-    for edge in (view.beyond.left, view.beyond.right):
-        pen.line(pen.at(edge), 1.5, _EDGE)
-    for line in (left, right):
-        pen.line(line, 3.0 if view.driving else 1.5, _EDGE)
+    for edge in (view.whole.left, view.whole.right):
+        pen.line(pen.at(edge), 2.5 if view.driving else 1.5, _EDGE)
     if not left or not right:
         return []
     pen.line([left[-1], right[-1]], 5.0, AMBER)

@@ -5,13 +5,14 @@ Who drives is taken from the car's gateway_status alone, and only while it is fr
 
 from math import ceil, degrees
 
-from tower.window.card import card
+from tower.window.card import UNFOCUSED, card, focus_is_missed
 from tower.window.looks import Driver, known_mode, look_at
 from tower.window.picture_age import PictureState, age_ns, picture_state
 from tower.window.road_model import road_view
 from tower.window.sights import Sights
 from tower.window.views import (
     BannerView,
+    CardView,
     ControlsView,
     DialView,
     EndView,
@@ -51,7 +52,7 @@ def view_model(sights: Sights) -> ViewModel:
         card=the_card,
         end=_end(sights),
         help_open=sights.keys.help_open,
-        toast=_toast(sights, picture),
+        toast=_toast(sights, picture, the_card),
     )
 
 
@@ -207,7 +208,7 @@ def _link(sights: Sights) -> LinkView:
     figures = (
         Figure(label="picture", text=milliseconds(picture_ms), tone=_tone(picture_ms, _AGE_WARN_MS, _AGE_BAD_MS)),
         Figure(label="loop", text=milliseconds(loop_ms), tone=_tone(loop_ms, _AGE_WARN_MS, _AGE_BAD_MS)),
-        Figure(label="round trip", text=milliseconds(trip_ms), tone=_tone(trip_ms, _TRIP_WARN_MS, _TRIP_BAD_MS)),
+        Figure(label="trip", text=milliseconds(trip_ms), tone=_tone(trip_ms, _TRIP_WARN_MS, _TRIP_BAD_MS)),
     )
     bars, word = _quality(figures, known_mode(sights.status, sights.now_ns) is not None)
     return LinkView(bars=bars, word=word, figures=figures, samples=complete, now_ns=newest.at_ns if newest is not None else 0)
@@ -244,7 +245,7 @@ def _operator(sights: Sights) -> OperatorView:
         if operator.dead_man
         else "Dead-man released"
         if operator.device == "scripted"
-        else f"Dead-man released: hold {held}",
+        else f"Released: hold {held}",
     )
 
 
@@ -268,14 +269,13 @@ def _map(sights: Sights) -> MapView:
     )
 
 
-def _toast(sights: Sights, picture: PictureView) -> str:
+def _toast(sights: Sights, picture: PictureView, shown: CardView | None) -> str:
     if sights.keys.quit_asked_ns is not None:
         return "Quit? Press Esc again"
     if picture.state is PictureState.LATE:
         age = age_ns(sights.picture, sights.now_ns, sights.clock_offset_ns) or 0
         return f"Picture late: it shows what was {seconds(age / 1e9)} ago"
-    operator = sights.fresh_operator
-    if not sights.focus and operator is not None and operator.device == "keyboard":
+    if focus_is_missed(sights) and (shown is None or shown.title != UNFOCUSED):
         return "The window has no focus: every control is released. Click here"
     return ""
 

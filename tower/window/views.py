@@ -119,7 +119,7 @@ class RoadView:
 
     camera: CameraCalibration
     until_stop: Strip | None  # from where a command given now takes effect to where the car could stand
-    beyond: Strip | None  # farther on at the same angle of the wheel
+    whole: Strip | None  # the same and farther on at this angle of the wheel
     stop_text: str
     driving: bool  # False: the path is a preview, the operator does not drive yet
     corridor: Strip | None  # the car stops by itself along it

@@ -1,7 +1,7 @@
 """Words and figures for the operator: numbers rounded as they are read. Pure."""
 
 _DEAD_MAN = {"keyboard": "Shift", "gamepad": "the left bumper", "scripted": "the dead-man control"}
-SCRIPTED_NOTE = "Scripted operator drives the controls; press any driving key to take the controls yourself"
+SCRIPTED_NOTE = "Scripted operator drives the controls. Any key: yours"
 
 
 def rule_words(rules: tuple[str, ...]) -> str:
