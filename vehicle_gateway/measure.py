@@ -7,6 +7,7 @@ from vehicle_gateway.corridor import Corridor, advance, keep_corridor
 from vehicle_gateway.failsafe import Ages, active_causes
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
+from wire.messages.base import CAMERAS_MAX
 from wire.messages.operating import DriveCommand
 from wire.messages.vehicle import VehicleDescription
 
@@ -42,7 +43,8 @@ def _of_command(state: State, command: DriveCommand, at_ns: int) -> dict[str, ob
     for camera, capture_ns in command.displayed_capture_ns.items():
         known = pictures.get(camera)
         advanced = known is None or capture_ns > known.capture_ns
-        if advanced and capture_ns <= at_ns:  # a stamp of the future is no picture of ours
+        room = camera in pictures or len(pictures) < CAMERAS_MAX  # made-up names do not fill the memory
+        if advanced and room and capture_ns <= at_ns:  # a stamp of the future is no picture of ours
             pictures[camera] = Picture(capture_ns=capture_ns, advanced_ns=at_ns)
     return {
         "command": command,

@@ -21,6 +21,7 @@ from wire.clock import Clock
 from wire.endpoint import Endpoint
 from wire.latest import EventQueue, Latest
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
+from wire.order import Newest, has_room, is_old, is_ordered, stream_of
 from wire.reach import told_why
 from wire.settings import LinkSettings
 from wire.site import dialled, listened, own_hub, site_of, vehicles
@@ -212,18 +213,37 @@ class Link:
         return publisher
 
     def level(self, name: str) -> Latest[Any]:
-        """The newest message of a level topic, always."""
+        """The newest message of a level topic, always; what is repeated or out of order is dropped and counted."""
         if TOPICS[name].kind is not Kind.LEVEL:
             raise ValueError(f"{name} is an event topic: every one counts, use events()")
         slot: Latest[Any] = Latest()
-        self.on(name, slot.put)
+        self.on(name, self._only_newer(name, slot.put))
         return slot
 
     def events(self, name: str, limit: int = 1024) -> EventQueue[Any]:
         """Every message of a topic, in order, bounded and counted."""
         queue: EventQueue[Any] = EventQueue(limit)
-        self.on(name, queue.put)
+        self.on(name, self._only_newer(name, queue.put) if TOPICS[name].kind is Kind.LEVEL else queue.put)
         return queue
+
+    def _only_newer(self, name: str, callback: Callable[[Any, int], None]) -> Callable[[Any, int], None]:
+        """`callback` without what is repeated or out of order, where the topic's messages can be ordered."""
+        message_type, newest = TOPICS[name].type, dict[str, Newest]()
+        if message_type is None or not is_ordered(message_type):
+            return callback
+
+        def receive(message: Any, received_ns: int) -> None:
+            stream = stream_of(message)
+            if not has_room(stream, newest):
+                self.dropped[f"{name} unknown source"] += 1
+                return
+            if is_old(message.stamp_ns, received_ns, newest.get(stream)):
+                self.dropped[f"{name} out of order"] += 1
+                return
+            newest[stream] = Newest(message.stamp_ns, received_ns)
+            callback(message, received_ns)
+
+        return receive
 
     def on(self, name: str, callback: Callable[[Any, int], None]) -> None:
         """callback(message, received_ns) on a library thread for everything valid that arrives."""

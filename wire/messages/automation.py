@@ -13,6 +13,7 @@ from wire.messages.base import (
     Length,
     Message,
     Name,
+    Path,
     Point,
     Position,
     Rate,
@@ -71,7 +72,7 @@ class AutonomyStatus(Message):
     healthy: bool  # localized, sensors fresh, plan fresh
     health_note: Text
     doubt: Doubt
-    evidence: tuple[Evidence, ...]
+    evidence: Annotated[tuple[Evidence, ...], Meta(max_length=32)]
     request: TakeoverRequest | None  # open while doubt is REQUEST
     clear_s: Seconds  # for how long no channel was high (a hand-back needs >= 3 s)
     drivable_s: Seconds  # for how long the present plan is drivable from the present state (needs >= 10 s)
@@ -105,9 +106,9 @@ class Scene(Message):
     deviation_m: Length
     station_m: Length  # along the route
     offset_m: Position  # from the centre line of the road, left positive
-    objects: tuple[TrackedObject, ...]
-    plan: tuple[Point, ...]  # the path the automation would drive, () when it has none
-    stopping_corridor: tuple[Point, ...]  # checked against road edge and objects, from the car on; () when unhealthy
+    objects: Annotated[tuple[TrackedObject, ...], Meta(max_length=500)]
+    plan: Path  # the path the automation would drive, () when it has none
+    stopping_corridor: Path  # checked against road edge and objects, from the car on; () when unhealthy
 
 
 class RoadMap(Message):

@@ -50,6 +50,8 @@ Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
 Text = Annotated[str, Meta(max_length=2000)]
 Name = Annotated[str, Meta(max_length=64)]
 Point = tuple[Position, Position]  # x_m, y_m in the map frame
+Path = Annotated[tuple[Point, ...], Meta(max_length=1000)]  # ours: many times the longest plan, walked in every cycle
+CAMERAS_MAX = 16  # ours: more than any car has
 
 
 class Gear(StrEnum):

@@ -6,6 +6,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from wire.messages.base import (
+    CAMERAS_MAX,
     Angle,
     CommandAcceleration,
     Count,
@@ -26,6 +27,7 @@ from wire.messages.base import (
 )
 
 Hmac = Annotated[str, Meta(max_length=64)]
+Displayed = Annotated[dict[Name, TimeNs], Meta(max_length=CAMERAS_MAX)]  # by camera
 
 
 class InputKind(StrEnum):
@@ -45,7 +47,7 @@ class DriveCommand(Message):
     event_ns: TimeNs  # tower clock: the newest device event contained in this command
     echoed_vehicle_ns: TimeNs  # vehicle clock: stamp of the newest VehicleState received; 0 before the first
     echoed_boot_id: Name  # boot id that stamp belongs to; "" before the first
-    displayed_capture_ns: dict[Name, TimeNs]  # vehicle clock: capture stamp of the picture on screen, per camera
+    displayed_capture_ns: Displayed  # vehicle clock: capture stamp of the picture on screen, per camera
     road_wheel_angle_rad: RoadWheelAngle
     acceleration_m_s2: CommandAcceleration
     gear: Gear
@@ -142,9 +144,9 @@ class WindowStatus(Message):
 
     stamp_ns: TimeNs
     sequence: Count
-    displayed_capture_ns: dict[Name, TimeNs]  # vehicle clock, newest picture on screen per camera
+    displayed_capture_ns: Displayed  # vehicle clock, newest picture on screen per camera
     frozen: bool  # FROZEN stands over a picture
-    shown: tuple[ShownFrame, ...]  # the frames that this flip brought on screen, usually none or one
+    shown: Annotated[tuple[ShownFrame, ...], Meta(max_length=64)]  # brought on screen by this flip, usually none or one
     frames_dropped: Count  # decoded but replaced before they could be shown, since start
 
 

@@ -70,7 +70,7 @@ class ObjectList(Message):
 
     stamp_ns: TimeNs
     range_m: Length  # farther than this nothing is reported
-    objects: tuple[DetectedObject, ...]
+    objects: Annotated[tuple[DetectedObject, ...], Meta(max_length=500)]
 
 
 class Pose(Message):
@@ -99,7 +99,7 @@ class WorldState(Message):
     indicators: Indicators
     hazard: bool
     brake_lights: bool
-    people: tuple[MovingPerson, ...]
+    people: Annotated[tuple[MovingPerson, ...], Meta(max_length=500)]
 
 
 class Referee(Message):

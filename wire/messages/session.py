@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from wire.messages.base import Count, Message, Name, Text, TimeNs
+from wire.messages.base import CAMERAS_MAX, Count, Message, Name, Text, TimeNs
 from wire.messages.operating import Hmac
 
 
@@ -61,10 +61,10 @@ class VideoOffer(Message):
     """SDP offer by the window, who receives. Cameras in the order of the video sections."""
 
     sdp: Annotated[str, Meta(max_length=65536)]
-    cameras: tuple[Name, ...]
+    cameras: Annotated[tuple[Name, ...], Meta(max_length=CAMERAS_MAX)]
 
 
 class VideoAnswer(Message):
     sdp: Annotated[str, Meta(max_length=65536)]
-    cameras: tuple[Name, ...]
+    cameras: Annotated[tuple[Name, ...], Meta(max_length=CAMERAS_MAX)]
     rule: Text  # why refused, "" when answered
