@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-import msgspec
 from mcap.writer import CompressionType, Writer
 
 from recordings import compressed_video
@@ -20,6 +19,7 @@ from recordings.errors import RecordingError
 from recordings.provenance import PACKAGE, Provenance
 from recordings.schemas import json_schema
 from recordings.stamps import Clocks, publish_time_ns, stamp_field
+from wire.messages import base
 from wire.messages.base import Message, Text, TimeNs, decoder, encode
 from wire.messages.operating import OperatorStatus
 from wire.picture import unpack_picture
@@ -71,7 +71,7 @@ class DriveWriter:
                 self._add_picture(payload, received_ns)
             else:
                 self._add_message(topic, payload, received_ns)
-        except (msgspec.DecodeError, ValueError) as error:
+        except (*base.UNDECODABLE, ValueError) as error:
             self._keep_apart(topic, payload, received_ns, str(error))
 
     def flush(self) -> None:

@@ -79,7 +79,7 @@ class Wipers(StrEnum):
     FAST = "fast"
 
 
-UNDECODABLE = (msgspec.DecodeError, UnicodeDecodeError)  # the second for text that is not UTF-8
+UNDECODABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)  # text that is not UTF-8; too deep nesting in a Raw
 _ENCODER = msgspec.json.Encoder()
 
 

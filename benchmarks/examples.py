@@ -1,0 +1,52 @@
+"""A plausible full-size message of every type, made from its type alone: for load, and for tests that send every topic."""
+
+import random
+from typing import Any
+
+import msgspec
+from msgspec import inspect
+
+from wire.messages.base import decoder
+from wire.topics import TOPICS
+
+_LIST_ITEMS = 12  # objects of a scene, points of a plan
+_RAW_BYTES = 1500  # inputs and outputs of one gateway cycle, each
+
+
+def example(type_: Any) -> Any:
+    """A plausible JSON value of a message's type, lists and texts filled."""
+    if isinstance(type_, inspect.StructType):
+        return {field.encode_name: example(field.type) for field in type_.fields}
+    if isinstance(type_, inspect.UnionType):
+        return example(next(choice for choice in type_.types if not isinstance(choice, inspect.NoneType)))
+    if isinstance(type_, inspect.VarTupleType):
+        return [example(type_.item_type)] * min(_LIST_ITEMS, type_.max_length or _LIST_ITEMS)
+    if isinstance(type_, inspect.TupleType):
+        return [example(item) for item in type_.item_types]
+    if isinstance(type_, inspect.DictType):
+        return {"front": example(type_.value_type)}
+    if isinstance(type_, inspect.EnumType):
+        return next(iter(type_.cls)).value
+    if isinstance(type_, inspect.StrType):
+        return "right" if type_.pattern else "x" * min(type_.max_length or 20, 20)
+    if isinstance(type_, inspect.BoolType):
+        return True
+    if isinstance(type_, inspect.RawType | inspect.AnyType):
+        return {f"value_{number}": 0.123456 for number in range(_RAW_BYTES // 20)}
+    return _number(type_)
+
+
+def _number(type_: Any) -> int | float:
+    low, high = type_.ge if type_.ge is not None else type_.gt, type_.le
+    if isinstance(type_, inspect.IntType):
+        return min(123_456_789_012, high) if high is not None else 1
+    return random.Random(low).uniform(low or 0.0, min(high or 1.0, 100.0))
+
+
+def encode_example(name: str) -> bytes:
+    message_type = TOPICS[name].type
+    if message_type is None:
+        raise ValueError(f"{name} carries bytes")
+    payload = msgspec.json.encode(example(inspect.type_info(message_type)))
+    decoder(message_type).decode(payload)
+    return payload

@@ -1,0 +1,165 @@
+"""Every key of the topic table, over the real link: what is wrong is dropped and counted, and what follows is heard.
+
+Payloads are made from the message's type; that each is refused follows from a second, plainer rule: it differs from a valid
+one in exactly the way its name says.
+"""
+
+import json
+import re
+
+import pytest
+
+from benchmarks.examples import encode_example
+from wire.messages.base import decoder, encode
+from wire.messages.health import LoopHealth
+from wire.order import is_ordered
+from wire.picture import EncodedPicture, pack_picture, unpack_picture
+from wire.topics import CAR, COCKPITS, TOPICS, Kind, Role
+
+TYPED = sorted(name for name, topic in TOPICS.items() if topic.type is not None)
+ORDERED = [name for name in TYPED if TOPICS[name].kind is Kind.LEVEL and is_ordered(TOPICS[name].type)]
+FLOOD = 300  # messages in one burst
+KEPT = 16  # of them that a queue of this size may hold
+DEEP = 100_000
+TOO_LARGE = 1_000_001  # bytes: one more than the link takes
+
+
+def changed(payload: bytes, **fields: object) -> bytes:
+    """The message with some of its fields set to anything."""
+    return json.dumps(json.loads(payload) | fields).encode()
+
+
+def wrong(name: str) -> dict[str, bytes]:
+    """What may not get in on this topic, by what is wrong with it."""
+    good = encode_example(name)
+    number = re.search(rb'"(\w+)":(-?\d[\d.e+-]*)', good)  # the first number, wherever it stands
+    assert number is not None, f"{name} has no number"
+    field = number[1].decode()
+    nested = "inputs" if "inputs" in json.loads(good) else field  # the one field that takes any JSON, where there is one
+
+    def with_number(text: bytes) -> bytes:
+        return good[: number.start(2)] + text + good[number.end(2) :]
+
+    kinds = {
+        "nothing": b"",
+        "noise": b"\x00\xff\x17",
+        "not text": good.replace(b'"', b'"\xff', 1),
+        "half of it": good[: len(good) // 2],
+        "all but its end": good[:-1],
+        "twice": good + good,
+        "deep nesting": changed(good, **{nested: "deep"}).replace(b'"deep"', b"[" * DEEP + b"]" * DEEP),
+        "another message": encode_example("clock_ping" if name != "clock_ping" else "imu"),
+        f"unknown key beside {field}": changed(good, surprise=1),
+        f"{field} is NaN": with_number(b"NaN"),
+        f"{field} is infinite": with_number(b"1e999"),
+        f"{field} is far below its range": with_number(b"-1e18"),
+        f"{field} is far above its range": with_number(b"1e19"),
+        f"{field} is a text": with_number(b'"1"'),
+        f"{field} is missing": json.dumps({key: value for key, value in json.loads(good).items() if key != field}).encode(),
+    }
+    return {what: payload for what, payload in kinds.items() if not (what.endswith("missing") and field not in json.loads(good))}
+
+
+@pytest.mark.parametrize("name", TYPED)
+def test_what_is_wrong_is_dropped_and_counted_and_what_follows_is_heard(world, name):
+    speaker, listener, heard = world.speaker(name), world.listener(name), []
+    listener.on(name, lambda message, _: heard.append(message))
+    good = encode_example(name)
+    world.until(lambda: heard, lambda: speaker.publish(name, good))
+    for what, payload in wrong(name).items():
+        with pytest.raises((ValueError, RecursionError)):
+            decoder(TOPICS[name].type).decode(payload)
+        counted = listener.dropped[f"{name} undecodable"]
+        world.until(
+            lambda counted=counted: listener.dropped[f"{name} undecodable"] > counted,
+            lambda payload=payload: speaker.publish(name, payload),
+        )
+        assert set(map(encode, heard)) == {good}, what
+    counted = len(heard)
+    world.until(lambda: listener.dropped[f"{name} too large"], lambda: speaker.publish(name, b"x" * TOO_LARGE))
+    world.until(lambda: len(heard) > counted, lambda: speaker.publish(name, good))
+    assert set(map(encode, heard)) == {good}
+
+
+def test_a_picture_that_is_none_is_told_apart_from_one_that_is(world):
+    """Pictures cross as bytes; whoever reads them unpacks them."""
+    whole = pack_picture(EncodedPicture(camera="front", capture_ns=1, sequence=1, is_idr=True, annex_b=b"\x00\x00\x00\x01\x65"))
+    bad = (b"", b"\x00", whole[:10], whole[: whole.index(b"front")], whole.replace(b"front", b"fr\xffnt"))
+    arrived: list[bytes] = []
+    world.listener("video").on_raw("video", lambda _, payload, __: arrived.append(payload))
+    for payload in (*bad, whole):
+        before = len(arrived)
+        world.until(
+            lambda before=before: len(arrived) > before, lambda payload=payload: world.speaker("video").publish("video", payload)
+        )
+    for payload in bad:
+        with pytest.raises(ValueError):
+            unpack_picture(payload)
+    assert unpack_picture(arrived[-1]).camera == "front"
+
+
+@pytest.mark.parametrize("name", ORDERED)
+def test_what_is_repeated_or_overtaken_is_no_news(world, name):
+    speaker, listener = world.speaker(name), world.listener(name)
+    slot, good = listener.level(name), encode_example(name)
+
+    def send(stamp_ns: int) -> None:
+        speaker.publish(name, changed(good, stamp_ns=stamp_ns))
+
+    def newest() -> int:
+        received = slot.get()
+        return received.message.stamp_ns if received else 0
+
+    world.until(lambda: newest() == 2_000, lambda: send(2_000))
+    old = listener.dropped[f"{name} out of order"]
+    world.until(lambda: listener.dropped[f"{name} out of order"] > old, lambda: send(1_000))  # overtaken
+    old = listener.dropped[f"{name} out of order"]
+    world.until(lambda: listener.dropped[f"{name} out of order"] > old, lambda: send(2_000))  # repeated
+    assert newest() == 2_000
+    world.until(lambda: newest() == 2_001, lambda: send(2_001))
+
+
+@pytest.mark.parametrize("name", TYPED)
+def test_a_flood_fills_no_memory_and_what_follows_it_is_heard(world, name):
+    speaker, listener, good = world.speaker(name), world.listener(name), encode_example(name)
+    queue, stamps = listener.events(name, limit=KEPT), iter(range(10_000, 10_000_000))
+
+    def send() -> None:
+        speaker.publish(name, changed(good, stamp_ns=next(stamps)) if b'"stamp_ns"' in good else good)
+
+    def flood() -> None:
+        for _ in range(FLOOD):
+            send()
+
+    world.until(lambda: queue.refused > FLOOD, flood)
+    assert len(queue.drain()) == KEPT
+    world.until(queue.drain, send)
+
+
+@pytest.mark.parametrize("name", sorted(TOPICS))
+def test_who_may_not_say_it_is_not_even_heard_at_the_hub(world, name):
+    """Every wrong role says it, and then something it may say; when that has arrived, still only the right role's has."""
+    arrived: list[bytes] = []
+    healthy: set[str] = set()
+    good = encode_example(name) if TOPICS[name].type else b"right"
+    for hub in (Role.VEHICLE_HUB, Role.TOWER_HUB):
+        world.link(hub).on_raw(name, lambda _, payload, __: arrived.append(payload))
+        for health in ("car_health", "tower_health"):
+            world.link(hub).on(health, lambda message, _: healthy.add(message.process))
+    strangers = [role for role in Role if role not in TOPICS[name].publishers | {Role.VEHICLE_HUB, *COCKPITS}]
+
+    def speak() -> None:
+        for role in strangers:
+            world.link(role).publish(name, b"wrong")
+            world.link(role).publish("car_health" if role in CAR else "tower_health", alive(f"{role} {name}"))
+        world.speaker(name).publish(name, good)
+
+    world.until(lambda: {f"{role} {name}" for role in strangers} <= healthy and good in arrived, speak)
+    speak()
+    before = len(arrived)
+    world.until(lambda: len(arrived) > before, lambda: world.speaker(name).publish(name, good))
+    assert b"wrong" not in arrived
+
+
+def alive(process: str) -> LoopHealth:
+    return decoder(LoopHealth).decode(changed(encode_example("car_health"), process=process, dropped={}))
