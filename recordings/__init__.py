@@ -1,1 +1,1 @@
-"""MCAP recordings: record a drive, read it, recover it, sum it up. Imports `wire` only."""
+"""MCAP recordings: record a drive, read it, recover it, sum it up, check its steps, play it. Imports `wire` only."""

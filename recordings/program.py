@@ -15,6 +15,7 @@ from recordings.check import installed_replays
 from recordings.check_report import show_check
 from recordings.errors import RecordingError
 from recordings.info import show
+from recordings.playback import label_of, play, told_of
 from recordings.read import open_recording
 from recordings.recorder import record as record_until
 from recordings.recover import Part, default_output, examine
@@ -60,12 +61,18 @@ def recover(
 @app.command()
 def replay(
     recording: Annotated[Path, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")],
-    check: Annotated[
-        bool, typer.Option("--check", help="run every recorded step again and compare its outputs bit for bit")
-    ] = False,
+    check: Annotated[bool, typer.Option("--check", help="instead: run every recorded step again, compare bit for bit")] = False,
+    from_s: Annotated[float, typer.Option("--from", min=0.0, metavar="SECONDS", help="start that far into the drive")] = 0.0,
+    window: Annotated[bool, typer.Option(help="open a window on it")] = True,
+    config: Annotated[Path, typer.Option(help="whose [tower.window] is used")] = _DEFAULT,
 ) -> None:
-    """Run the recorded steps again: exit 0 when every output is the same bit for bit, 1 when one is not."""
-    raise typer.Exit(_told(lambda: _check(recording)))
+    """Play a drive as it was, in a window of its own that can drive nothing; with --check, prove its steps instead.
+
+    Exit code 1: --check found a step whose outputs differ.
+    """
+    if check:
+        raise typer.Exit(_told(lambda: _check(recording)))
+    raise typer.Exit(_told(lambda: run_until_stopped(lambda path, stop: _play(recording, path, from_s, window, stop), config)))
 
 
 def main() -> None:
@@ -133,6 +140,15 @@ def _check(path: Path) -> int:
         tallies = check_steps(recording, installed_replays())
         show_check(path, tallies, recording.versions, Console())
     return 0 if all(tally.holds for tally in tallies) else 1
+
+
+def _play(path: Path, config: Path, from_s: float, window: bool, stop: threading.Event) -> int:
+    with open_recording(path) as recording:
+        print(f"replay of {label_of(recording)}", flush=True)
+        played = play(recording, config, from_s, window, stop, lambda line: print(line, flush=True))
+    for line in told_of(played):
+        print(line)
+    return 0
 
 
 def _recover(paths: list[Path], output: Path | None) -> int:

@@ -17,7 +17,7 @@ from recordings.errors import DAMAGE, RecordingError
 from recordings.provenance import PACKAGE
 from recordings.writer import UNDECODABLE, VIDEO, Undecodable
 from wire.messages.base import Message, decoder
-from wire.picture import EncodedPicture
+from wire.picture import EncodedPicture, pack_picture
 from wire.topics import TOPICS
 
 MAGIC = bytes((0x89, 0x4D, 0x43, 0x41, 0x50, 0x30, 0x0D, 0x0A))  # mcap.dev/spec: first and last of every file
@@ -81,8 +81,20 @@ class Recording:
     def pictures(self, camera: str) -> Iterator[tuple[int, EncodedPicture]]:
         """(log_ns, picture) of one camera, capture_ns on the vehicle clock. A decoder starts at the first IDR."""
         for _, channel, record in self._records(f"{VIDEO}/{camera}"):
-            offset_ns = int(channel.metadata["utc_minus_vehicle_ns"])
-            yield record.log_time, decode_video(record.data, record.sequence, offset_ns)
+            yield record.log_time, _picture(channel, record)
+
+    def payloads(self, from_ns: int = 0) -> Iterator[tuple[str, int, bytes]]:
+        """(topic, log_ns, payload as the recorder received it) of everything from `from_ns` on, in the order of log_time."""
+        try:
+            for _, channel, record in self._reader.iter_messages(starting_at=from_ns):
+                if channel.topic == UNDECODABLE:
+                    continue
+                if channel.topic.startswith(f"{VIDEO}/"):
+                    yield VIDEO, record.log_time, pack_picture(_picture(channel, record))
+                else:
+                    yield channel.topic, record.log_time, record.data
+        except DAMAGE as error:
+            raise _damaged(self.path, error) from None
 
     def _made_by(self) -> str:
         return self.versions.get("commit") or self.versions.get(PACKAGE) or "not told"
@@ -92,6 +104,10 @@ class Recording:
             yield from self._reader.iter_messages(topics=topics)
         except DAMAGE as error:
             raise _damaged(self.path, error) from None
+
+
+def _picture(channel: Any, record: Any) -> EncodedPicture:
+    return decode_video(record.data, record.sequence, int(channel.metadata["utc_minus_vehicle_ns"]))
 
 
 def _decoder(topic: str) -> Callable[[bytes], Message]:

@@ -35,9 +35,14 @@ def run(config: Config = DEFAULT, connect: Connect = None, listen: Listen = None
 
 
 @application.command()
-def video(config: Config = DEFAULT) -> None:
+def video(
+    config: Config = DEFAULT,
+    played: Annotated[
+        bool, typer.Option("--played", help="Send the pictures that `recordings replay` plays, not cameras.")
+    ] = False,
+) -> None:
     """Encode the cameras and send them to the tower and the recorder."""
-    _start("vehicle_gateway.video.video", config, BEHIND_ALL)
+    _start("vehicle_gateway.video.played" if played else "vehicle_gateway.video.video", config, BEHIND_ALL)
 
 
 @application.command()

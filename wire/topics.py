@@ -150,6 +150,7 @@ TOPICS: dict[str, Topic] = {
         _topic("gateway_cycle", vehicle.GatewayCycle, 100, R.VEHICLE_HUB, set(), T.RECORD, K.EVENT),
         _topic("monitor_step", steps.MonitorStep, 10, R.AUTONOMY, set(), T.BULK, K.EVENT),
         _topic("video", None, 30, R.VIDEO, set(), T.BULK, K.EVENT),
+        _topic("played_video", None, 30, R.VEHICLE_HUB, {R.VIDEO}, T.BULK, K.EVENT, recorded=False),  # a recording, played
         _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
         # both sites

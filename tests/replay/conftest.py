@@ -26,7 +26,7 @@ from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, initia
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt
 from wire.messages.base import Gear, Message, encode
-from wire.messages.vehicle import VehicleDescription
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode, VehicleDescription
 
 CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 LIMITS = GatewayLimits(authority=AuthorityLimits(engage_autonomously=True, engage_needs_operator=False))
@@ -192,3 +192,32 @@ def make() -> Any:
         write, rewrite, start_ns = staticmethod(write_drive), staticmethod(rewrite), START_NS
 
     return Make
+
+
+@pytest.fixture(scope="session")
+def status() -> Callable[[int, Mode, int], GatewayStatus]:
+    """status(now_ns, mode, since_ns): what the gateway tells."""
+
+    def told(now_ns: int, mode: Mode, since_ns: int) -> GatewayStatus:
+        return GatewayStatus(
+            stamp_ns=now_ns,
+            boot_id="boot",
+            mode=mode,
+            mode_since_ns=since_ns,
+            cause="",
+            lease_holder="anna",
+            lease_epoch=1,
+            hand_over=HandOver(number=0, action="", state="", rule=""),
+            request=None,
+            budget_remaining_s=0.0,
+            guard_remaining_s=0.0,
+            hand_back_ready=False,
+            hand_back_note="",
+            take_refused="",
+            failsafe="",
+            stop_number=0,
+            stops_in_ten_minutes=0,
+            dropped={},
+        )
+
+    return told

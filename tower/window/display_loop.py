@@ -14,6 +14,7 @@ from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, next_input, next_window_keys, released
 from tower.window.looks import known_mode
 from tower.window.picture_age import PictureSeen, PictureState, age_ns, see
+from tower.window.replay_mark import ReplayMark
 from tower.window.sights import Sights
 from tower.window.snapshot import Choice, SnapshotWriter, choose
 from tower.window.sounds import Player
@@ -88,10 +89,12 @@ class DisplayLoop:
         writer: SnapshotWriter,
         player: Player,
         clock: Clock,
+        replay: str = "",
     ) -> None:
         self._camera, self._recording = camera, recording
         self._link, self._video, self._screen = link, video, screen
         self._writer, self._player, self._clock = writer, player, clock
+        self._replay = ReplayMark(replay) if replay else None
         self._levels = {name: link.level(name) for name in _LEVELS}
         self._hud, self._log, self._choice = Hud(), DriveLog(), Choice()
         self._input: OperatorInput = released(clock.now_ns())
@@ -127,7 +130,8 @@ class DisplayLoop:
         )
         self._keys = next_window_keys(presses, self._keys, now_ns)
         self._screen.show_full(self._keys.full_screen)
-        self._link.publish("operator_input", self._input)
+        if self._replay is None:  # nobody drives a recording
+            self._link.publish("operator_input", self._input)
 
     def _is_standing(self, now_ns: int) -> bool:
         state = self._levels["vehicle_state"].get()
@@ -163,6 +167,8 @@ class DisplayLoop:
     def _draw(self, frame: Frame | None, now_ns: int) -> ViewModel:
         model = view_model(self._sights(now_ns))
         self._hud.draw(self._screen.surface, frame.image if frame is not None else None, model)
+        if self._replay is not None:
+            self._replay.draw(self._screen.surface)
         self._screen.flip()
         self._drawn_ns, self._bars = now_ns, model.link.bars
         return model

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from wire.messages.base import Message, Name, Ratio
+from wire.messages.base import Message, Name, Ratio, Text
 
 
 class WindowSettings(Message):
@@ -15,3 +15,4 @@ class WindowSettings(Message):
     sound: bool = True
     volume: Ratio = 0.6
     snapshot: Name = "window.png"  # written into the session's folder while the operator drives; "" writes none
+    replay: Text = ""  # what recording is played: stands across the window all the time, and nothing can be driven; "" is live

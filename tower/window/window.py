@@ -46,6 +46,7 @@ def run(config: Path, stop: threading.Event) -> int:
             camera=settings.camera,
             recording=Path(wire.session.folder).name,
             full_screen=settings.full_screen,
+            replay=settings.replay,
             link=link,
             video=video,
             screen=screen,
