@@ -7,7 +7,7 @@ from typing import Any
 from autonomy.car_shape import car_shape
 from autonomy.inputs import Inputs
 from autonomy.replay import record
-from autonomy.settings import AutonomySettings, find_map
+from autonomy.settings import AutonomySettings
 from autonomy.stack import Outputs, step
 from autonomy.state import Setup, StackState
 from wire.clock import Clock
@@ -17,9 +17,9 @@ from wire.link import Link, open_link
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
 from wire.road import Road
-from wire.scenario import read_map
+from wire.scenario import find_map, read_map
 from wire.settings import WireSettings
-from wire.topics import Role
+from wire.topics import PROGRAMS, Role
 
 PERIOD_S = 0.01
 SLOWLY_CYCLES = 100  # map and health once a second
@@ -60,7 +60,7 @@ def run(config: Path, stop: threading.Event) -> int:
                 _publish(link, outputs, setup)
                 if state.sequence % SLOWLY_CYCLES == 1:
                     link.publish("road_map", setup.road.map)
-                    link.publish("car_health", pace.health("autonomy", "drive", link.dropped))
+                    link.publish("car_health", pace.health(PROGRAMS[Role.AUTONOMY], "drive", link.dropped))
     return 0
 
 

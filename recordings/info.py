@@ -27,6 +27,7 @@ def show(summary: Summary, console: Console) -> None:
         _pairs("Gate interventions", ("rule", "episodes"), summary.gate_interventions or {}),
         _pairs("Messages dropped", ("reason", "messages"), summary.messages_dropped),
         _loops(summary),
+        _load(summary),
         _channels(summary),
     ):
         if table.row_count:
@@ -74,12 +75,35 @@ def _latencies(summary: Summary) -> Table:
 
 
 def _loops(summary: Summary) -> Table:
-    table = _table("Loops", "process/loop", "period", "cycles", "late", "worst")
+    table = _table("Loops", "process/loop", "period", "cycles", "late", "usual", "worst", "scheduling")
     for name, loop in summary.loops.items():
         table.add_row(
-            name, _number(loop.period_ms, "ms"), str(loop.cycles), str(loop.late_cycles), _number(loop.lateness_max_ms, "ms")
+            name,
+            _number(loop.period_ms, "ms"),
+            str(loop.cycles),
+            str(loop.late_cycles),
+            _number(loop.lateness_p50_ms, "ms"),
+            _number(loop.lateness_max_ms, "ms"),
+            loop.scheduling,
         )
     return table
+
+
+def _load(summary: Summary) -> Table:
+    table = _table("CPU", "process", "seconds", "cores")
+    load = summary.load
+    if load is None:
+        return table
+    for name, process in load.processes.items():
+        table.add_row(name, _number(process.cpu_s, "s"), _cores(process.cores))
+    table.add_row("together", "", _cores(load.cores))
+    for name, seconds in load.stolen_s.items():
+        table.add_row(f"taken away from the machine of {name}", _number(seconds, "s"), "")
+    return table
+
+
+def _cores(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
 
 
 def _channels(summary: Summary) -> Table:

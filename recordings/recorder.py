@@ -24,11 +24,11 @@ from wire.link import open_link
 from wire.messages.base import Message
 from wire.pace import Pace
 from wire.settings import WireSettings
-from wire.topics import TOPICS, Role
+from wire.topics import PROGRAMS, TOPICS, Role
 
 _LOG = logging.getLogger(__name__)
 _HEALTH_PERIOD_NS = 1_000_000_000  # of car_health, 1 Hz by the topic table
-PROCESS = "recordings record"
+PROCESS = PROGRAMS[Role.RECORDER]
 Arrived = tuple[str, bytes]  # topic, payload
 
 

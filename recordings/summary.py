@@ -6,10 +6,10 @@ by `recordings info --json`: both are this same computation.
 
 from typing import Protocol
 
-from recordings import summary_counts, summary_latency, summary_modes
+from recordings import summary_counts, summary_latency, summary_loops, summary_modes
 from recordings.drive import RowSource, collect
-from recordings.summary_counts import Loop
 from recordings.summary_latency import Camera, Percentiles, WheelToCan
+from recordings.summary_loops import Load, Loop
 from recordings.summary_modes import Takeover
 from wire.messages.base import Message, Seconds
 
@@ -35,7 +35,8 @@ class Summary(Message):
     command_rate_hz: float | None
     wheel_to_can_ms: WheelToCan | None
     messages_dropped: dict[str, int]
-    loops: dict[str, Loop]
+    loops: dict[str, Loop]  # "process/loop"
+    load: Load | None  # CPU of the processes
 
 
 class Summarizable(RowSource, Protocol):
@@ -70,5 +71,6 @@ def summarize(recording: Summarizable) -> Summary:
         command_rate_hz=summary_latency.command_rate_hz(drive.commands),
         wheel_to_can_ms=summary_latency.wheel_to_can(drive.cycles, drive.commands, drive.offsets),
         messages_dropped=summary_counts.messages_dropped(drive.statuses, drive.health),
-        loops=summary_counts.loops(drive.health),
+        loops=summary_loops.loops(drive.health),
+        load=summary_loops.load(drive.health),
     )

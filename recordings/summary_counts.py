@@ -1,24 +1,17 @@
-"""What is counted: the gate's interventions, dropped messages, loops and their lateness, metres. Pure."""
+"""What is counted: the gate's interventions, dropped messages, metres. Pure."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
+from recordings.counters import counted
 from recordings.drive import CycleRow, SpeedRow, StatusRow
-from wire.messages.base import Message
 from wire.messages.health import LoopHealth
+from wire.topics import PROGRAMS, Role
 
-_GATEWAY = "gateway"  # the process that GatewayStatus.dropped is of, as it names itself in its LoopHealth ...
-_GATEWAY_NAMES = frozenset({_GATEWAY, "vehicle-gateway run"})  # ... or is named by its command, as others do
+_GATEWAY = PROGRAMS[Role.VEHICLE_HUB]  # the process that GatewayStatus.dropped is of
 _GAP_NS = 1_000_000_000  # VehicleState comes at 50 Hz: a longer silence is not bridged by assuming a speed
 _SECOND_NS = 1e9
-
-
-class Loop(Message):
-    period_ms: float
-    cycles: int
-    late_cycles: int
-    lateness_max_ms: float  # the worst of all seconds reported
 
 
 def gate_interventions(cycles: Sequence[CycleRow]) -> dict[str, int] | None:
@@ -44,9 +37,8 @@ def messages_dropped(statuses: Sequence[StatusRow], health: Sequence[LoopHealth]
         for reason, count in status.dropped.items():
             told.setdefault((_GATEWAY, "status", reason), []).append(count)
     for loop in health:
-        process = _GATEWAY if loop.process in _GATEWAY_NAMES else loop.process
         for reason, count in loop.dropped.items():
-            told.setdefault((process, loop.loop, reason), []).append(count)
+            told.setdefault((loop.process, loop.loop, reason), []).append(count)
     by_process: dict[tuple[str, str], int] = {}
     for (process, _, reason), counts in told.items():
         by_process[process, reason] = max(by_process.get((process, reason), 0), counted(counts))
@@ -54,29 +46,6 @@ def messages_dropped(statuses: Sequence[StatusRow], health: Sequence[LoopHealth]
     for (_, reason), count in by_process.items():
         totals[reason] += count
     return dict(sorted(totals.items()))
-
-
-def loops(health: Iterable[LoopHealth]) -> dict[str, Loop]:
-    """Every loop that reported, as "process/loop"; cycles of a process that was restarted are added up."""
-    reports: dict[str, list[LoopHealth]] = {}
-    for report in health:
-        reports.setdefault(f"{report.process}/{report.loop}", []).append(report)
-    return {name: _loop(found) for name, found in sorted(reports.items())}
-
-
-def _loop(reports: Sequence[LoopHealth]) -> Loop:
-    return Loop(
-        period_ms=reports[-1].period_ms,
-        cycles=counted([report.cycles for report in reports]),
-        late_cycles=counted([report.late_cycles for report in reports]),
-        lateness_max_ms=max(report.lateness_max_ms for report in reports),
-    )
-
-
-def counted(counts: Sequence[int]) -> int:
-    """What a counter "since start" reached in all: a smaller value than before means that its process was restarted."""
-    before_restarts = sum(before for before, now in pairwise(counts) if now < before)
-    return before_restarts + (counts[-1] if counts else 0)
 
 
 def distance_m(speeds: Sequence[SpeedRow]) -> float | None:

@@ -25,13 +25,15 @@ from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
+from wire.load import stolen_s
 from wire.messages.operating import ClockPing, ClockPong
 from wire.messages.vehicle import Mode, VehicleDescription
 from wire.pace import Lateness, raise_priority
 from wire.settings import WireSettings
 from wire.site import override
-from wire.topics import Role
+from wire.topics import PROGRAMS, Role
 
+PROGRAM = PROGRAMS[Role.VEHICLE_HUB]
 DEADLINE_NS = 10_000_000
 SHORTEST_NS = 4_000_000  # 250 Hz
 STATE_NS, STATUS_NS, SECOND_NS = 20_000_000, 50_000_000, 1_000_000_000
@@ -163,7 +165,15 @@ class Gateway:
             self._link.publish("gateway_status", status_of(self.state, now_ns, self._vehicle, self._limits, self._dropped()))
         if self._due("vehicle_description", SECOND_NS, now_ns):
             self._link.publish("vehicle_description", self._vehicle)
-            self._link.publish("car_health", self._lateness.health("gateway", "cycle", now_ns, self._scheduling, self._dropped()))
+            self._tell_health(now_ns)
+
+    def _tell_health(self, now_ns: int) -> None:
+        """Our own loop's, and the ECU's, which has no link."""
+        own = self._lateness.health(PROGRAM, "cycle", now_ns, self._scheduling, self._dropped(), stolen_s())
+        ecu = self._inbox.ecu_health(now_ns)
+        for health in (own, ecu):
+            if health is not None:
+                self._link.publish("car_health", health)
 
     def _due(self, name: str, period_ns: int, now_ns: int) -> bool:
         if now_ns - self._told.get(name, 0) < period_ns:

@@ -10,12 +10,14 @@ import msgspec
 
 from vehicle_gateway.can.codec import FeedbackState, decode
 from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.health_codec import HEALTH_IDS, HealthState, decode_health, health_of
 from vehicle_gateway.lease import CommandGuard, refuse_command
 from vehicle_gateway.state import Inputs
 from wire.latest import EventQueue, Latest, Received
 from wire.link import Link
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
 from wire.messages.base import Message
+from wire.messages.health import LoopHealth
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
@@ -37,6 +39,7 @@ class Inbox:
         self.key = b""  # of the current lease; "" refuses everything
         self._command: Received[DriveCommand] | None = None
         self._feedback = FeedbackState()
+        self._ecu = HealthState()
         self._cameras: EventQueue[CameraStatus] = link.events("camera_status")
         self._stops = link.events("tower_stop", limit=64)
         self._autonomy: Latest[AutonomyCommand] = link.level("autonomy_command")
@@ -69,7 +72,10 @@ class Inbox:
             self.key = self.key if new_key is None else new_key
 
     def on_frame(self, frame: Frame, _: int) -> None:
-        self._feedback, reason = decode(self._feedback, frame)
+        if frame.arbitration_id in HEALTH_IDS:
+            self._ecu, reason = decode_health(self._ecu, frame)
+        else:
+            self._feedback, reason = decode(self._feedback, frame)
         if reason:
             self.dropped[reason] += 1
 
@@ -112,6 +118,11 @@ class Inbox:
             hand_over_requests=tuple(request for request, _ in hand_overs),
         )
         return inputs, [reply for _, reply in leases], [reply for _, reply in hand_overs]
+
+    def ecu_health(self, now_ns: int) -> LoopHealth | None:
+        """The newest report of the ECU's loop, once."""
+        report = self._new(4, self._ecu.report)
+        return None if report is None else health_of(report, now_ns)
 
     def _new(self, slot: int, value: T | None) -> T | None:
         """The value if it is another object than at the last call."""

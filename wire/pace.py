@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 
 from wire.clock import Clock
+from wire.load import process_cpu_s
 from wire.messages.health import LoopHealth
 
 
@@ -40,7 +41,16 @@ class Lateness:
         self.late_cycles += late > self.period_ns
         self._recent.append((now_ns, late))
 
-    def health(self, process: str, loop: str, now_ns: int, scheduling: str, dropped: Mapping[str, int]) -> LoopHealth:
+    def health(
+        self,
+        process: str,
+        loop: str,
+        now_ns: int,
+        scheduling: str,
+        dropped: Mapping[str, int],
+        machine_stolen_s: float | None = None,
+    ) -> LoopHealth:
+        """What this loop says of itself, and what its process has used so far."""
         late = sorted(lateness for at, lateness in tuple(self._recent) if now_ns - at <= 1_000_000_000) or [0]
         return LoopHealth(
             stamp_ns=now_ns,
@@ -53,6 +63,8 @@ class Lateness:
             lateness_max_ms=late[-1] / 1e6,
             scheduling=scheduling,
             dropped=dict(dropped),
+            process_cpu_s=process_cpu_s(),
+            machine_stolen_s=machine_stolen_s,
         )
 
 
@@ -89,6 +101,8 @@ class Pace:
             missed = max(now_ns - deadline_ns, 0) // self._period_ns  # their ticks are skipped, not made up in a burst
             deadline_ns += (missed + 1) * self._period_ns
 
-    def health(self, process: str, loop: str, dropped: Mapping[str, int] | None = None) -> LoopHealth:
+    def health(
+        self, process: str, loop: str, dropped: Mapping[str, int] | None = None, machine_stolen_s: float | None = None
+    ) -> LoopHealth:
         """Lateness of the last second and counts since the start, for the topic car_health or tower_health."""
-        return self.lateness.health(process, loop, self._clock.now_ns(), self.scheduling, dropped or {})
+        return self.lateness.health(process, loop, self._clock.now_ns(), self.scheduling, dropped or {}, machine_stolen_s)

@@ -59,6 +59,33 @@ class Scenario(Message):
     people: tuple[Person, ...] = ()
 
 
+def find_scenario(name: str) -> Path:
+    """The file that a scenario setting or option names: a path, or a name in config/scenarios with or without ".toml".
+
+    Raises ConfigurationError that lists what there is; "" is the setting of a car that is real.
+    """
+    known = ", ".join(sorted(path.stem for path in shipped("scenarios").glob("*.toml")))
+    if not name:
+        raise ConfigurationError(f"no scenario: this configuration is of a car that is not simulated; shipped scenarios: {known}")
+    for place in (Path(name), shipped("scenarios", name), shipped("scenarios", f"{name}.toml")):
+        if place.is_file():
+            return place.resolve()
+    raise ConfigurationError(f"scenario {name!r}: no such file; shipped scenarios: {known}")
+
+
+def find_map(name: str, config: Path) -> Path:
+    """The map file that `[autonomy] map` names: absolute, beside the configuration, in its maps/ folder, or shipped.
+
+    Raises ConfigurationError that lists where it was looked for.
+    """
+    places = (config.parent / name, config.parent / "maps" / name, shipped("maps", name))  # an absolute name wins each
+    for place in places:
+        if place.is_file():
+            return place
+    looked = ", ".join(str(place) for place in dict.fromkeys(places))
+    raise ConfigurationError(f"{config}: autonomy.map = {name!r}: no such map; looked at {looked}")
+
+
 def read_map(path: Path) -> RoadMap:
     """A map file. Raises ConfigurationError that names file, key and allowed range."""
     return read_toml(path, RoadMap)

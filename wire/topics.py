@@ -14,17 +14,29 @@ from wire.messages.base import Message
 class Role(StrEnum):
     """Who a process is: the common name of its certificate."""
 
-    VEHICLE_HUB = "vehicle-hub"  # vehicle-gateway run
+    VEHICLE_HUB = "vehicle-hub"
     VIDEO = "video"
     SIMULATE = "simulate"
     AUTONOMY = "autonomy"
     RECORDER = "recorder"
-    TOWER_HUB = "tower-hub"  # tower cockpit, a person's device
-    TOWER_SCRIPT = "tower-script"  # tower cockpit started with the scripted operator; a real car refuses it
+    TOWER_HUB = "tower-hub"  # a person's device
+    TOWER_SCRIPT = "tower-script"  # the scripted operator; a real car refuses it
     WINDOW = "window"
     CAR_OBSERVER = "car-observer"  # looks on at the car's hub (the demo's supervisor)
 
 
+PROGRAMS: dict[Role, str] = {  # the command that a role's process is: how it names itself in its health and its log
+    Role.VEHICLE_HUB: "vehicle-gateway run",
+    Role.VIDEO: "vehicle-gateway video",
+    Role.SIMULATE: "vehicle-gateway simulate",
+    Role.AUTONOMY: "autonomy run",
+    Role.RECORDER: "recordings record",
+    Role.TOWER_HUB: "tower cockpit",
+    Role.TOWER_SCRIPT: "tower cockpit",
+    Role.WINDOW: "tower window",
+    Role.CAR_OBSERVER: "tower demo",
+}
+ECU = "vehicle-gateway ecu"  # has no role: it is on CAN alone, and the gateway passes its health on
 CAR = frozenset({Role.VEHICLE_HUB, Role.VIDEO, Role.SIMULATE, Role.AUTONOMY, Role.RECORDER, Role.CAR_OBSERVER})
 TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW})
 COCKPITS = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT})

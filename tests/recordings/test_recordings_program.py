@@ -34,6 +34,7 @@ def test_info_as_json_is_the_summary_with_its_promised_keys(recorded: Callable[.
         "wheel_to_can_ms",
         "messages_dropped",
         "loops",
+        "load",
     }
     assert json.loads(result.stdout)["recording"]["topics"] == {"imu": 3}
 

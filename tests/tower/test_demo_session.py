@@ -4,11 +4,12 @@ import pytest
 
 from autonomy.settings import AutonomySettings
 from recordings.settings import RecordingsSettings
-from tower.demo.session import HOUR_NS, choose, find_scenario, free_udp_ports, write_session
+from tower.demo.session import HOUR_NS, choose, free_udp_ports, write_session
 from tower.settings import TowerSettings
 from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.configuration import ConfigurationError, read_sections, shipped
 from wire.messages.vehicle import VehicleDescription
+from wire.scenario import find_scenario
 from wire.settings import WireSettings
 
 BASE = shipped("simulated.toml")

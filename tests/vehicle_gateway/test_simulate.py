@@ -11,7 +11,7 @@ from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.simulation import simulate
 from vehicle_gateway.simulation.people import KEEPS_CLEAR_M, step_people
-from vehicle_gateway.simulation.settings import SimulationSettings, scenario_file
+from vehicle_gateway.simulation.settings import SimulationSettings
 from vehicle_gateway.simulation.shapes import point_gap_m
 from vehicle_gateway.simulation.simulate import RATES_HZ, Demands, Schedule, Simulation
 from vehicle_gateway.simulation.world import advance, as_cameras_see_it, build, outline_of, valid_demand
@@ -24,7 +24,7 @@ from wire.messages.sensing import Referee, WorldState
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
 from wire.road import Road
-from wire.scenario import read_map, read_scenario
+from wire.scenario import find_scenario, read_map, read_scenario
 
 MS = 1_000_000
 VEHICLE = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
@@ -32,7 +32,7 @@ SETTINGS = SimulationSettings()
 
 
 def world(scenario="closed_road.toml"):
-    described, map_file = read_scenario(scenario_file(scenario))
+    described, map_file = read_scenario(find_scenario(scenario))
     return build(described, Road(read_map(map_file)), VEHICLE, SETTINGS, Random(1))
 
 
@@ -278,3 +278,12 @@ def test_the_world_turns_although_there_is_no_hub(tmp_path):
         thread.join(10.0)
     assert (heard, result) == (True, [0])
     assert decoder(Referee).decode((tmp_path / "referee.jsonl").read_bytes().splitlines()[0]).collisions == 0
+
+
+def test_a_folder_that_cannot_be_written_is_one_line_that_names_the_setting(tmp_path):
+    certificates.ensure(tmp_path / "certificates")
+    config = configuration(tmp_path, tmp_path / "certificates")
+    (tmp_path / "file").touch()
+    config.write_text(config.read_text().replace(f'folder = "{tmp_path}"', f'folder = "{tmp_path}/file/session"'))
+    with pytest.raises(ConfigurationError, match=r"file/session: cannot be written: .*\[wire.session\] folder"):
+        simulate.run(config, threading.Event())

@@ -31,6 +31,7 @@ from tower.settings import TowerSettings
 from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.link import open_link
+from wire.load import stolen_s
 from wire.messages.operating import ClockPing, TowerStop
 from wire.messages.session import Action, HandOverReply, LeaseReply, Outcome
 from wire.messages.steps import TorqueSteps
@@ -38,7 +39,7 @@ from wire.messages.vehicle import GatewayStatus, Mode
 from wire.pace import Pace
 from wire.settings import WireSettings
 from wire.signature import sign
-from wire.topics import Role
+from wire.topics import PROGRAMS, Role
 
 TICK_S = 0.004
 COMMAND_NS = 10_000_000  # at least 100 Hz
@@ -62,7 +63,7 @@ def run(config: Path, stop: threading.Event) -> int:
                 cockpit.cycle(now_ns)
                 if now_ns - health_ns >= HEALTH_NS:
                     health_ns = now_ns
-                    link.publish("tower_health", pace.health("tower cockpit", "cockpit", link.dropped))
+                    link.publish("tower_health", pace.health(PROGRAMS[role], "cockpit", link.dropped, stolen_s()))
         cockpit.close()
     return 0
 

@@ -9,11 +9,22 @@ from typing import Any
 from rich.console import Console
 
 PATIENCE_S = 60.0
+UNFINISHED = 124  # exit code of a program that had to be given up, as timeout(1) has it
+
+
+def told(command: list[str], patience_s: float = PATIENCE_S) -> subprocess.CompletedProcess[str]:
+    """What a program said and its exit code; one that does not start or does not end says so on its stderr."""
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=patience_s, check=False)
+    except subprocess.TimeoutExpired:
+        text = f"not done within {patience_s:g} s; run it again: {' '.join(command)}"
+    except OSError as error:
+        text = f"{command[0]}: cannot be started: {error.strerror}; run: make setup"
+    return subprocess.CompletedProcess(command, UNFINISHED, "", text)
 
 
 def _recordings(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    program = Path(sys.executable).parent / "recordings"
-    return subprocess.run([str(program), *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    return told([str(Path(sys.executable).parent / "recordings"), *map(str, arguments)])
 
 
 def make_whole(folder: Path, console: Console) -> None:
@@ -32,11 +43,14 @@ def make_whole(folder: Path, console: Console) -> None:
     console.print(f"the recording was repaired from {len(parts)} part{'s' if len(parts) > 1 else ''}")
 
 
-def summarize(folder: Path) -> dict[str, Any] | None:
-    """Write summary.json, recomputed from drive.mcap; None when there is no readable recording."""
+def summarize(folder: Path, console: Console) -> dict[str, Any] | None:
+    """Write summary.json, recomputed from drive.mcap; None when there is no readable recording, and why is told."""
     recording = folder / "drive.mcap"
     done = _recordings("info", recording, "--json") if recording.is_file() else None
-    if done is None or done.returncode != 0:
+    if done is None:
+        return None
+    if done.returncode != 0:
+        console.print(f"the recording could not be summed up: {done.stderr.strip()}", style="red")
         return None
     (folder / "summary.json").write_text(done.stdout)
     summary: dict[str, Any] = json.loads(done.stdout)

@@ -65,7 +65,7 @@ def run(config: Path, stop: threading.Event, choices: Choices) -> int:
     with crew((*TOWER, *CAR), written, folder) as people, Observer(wire.link) as observer:
         verdict = _watch(Watch(story, observer, people, console, scenario, bool(choices.front_camera)), stop)
     make_whole(folder, console)
-    summary = summarize(folder)
+    summary = summarize(folder, console)
     if summary is not None:
         console.print(table_of(summary, folder))
     verdict = missing_files(verdict, folder, story.was_remote)
@@ -93,7 +93,7 @@ def _watch(watch: Watch, stop: threading.Event) -> Verdict:
             started_ns = started_ns if stamp_ns else now_ns
             stamp_ns, seen_ns = referee.stamp_ns, now_ns
         watch.tell()
-        verdict = watch.processes() or over(watch.story, watch.scenario, watch.refuses)
+        verdict = watch.processes() or watch.unseen() or over(watch.story, watch.scenario, watch.refuses)
         verdict = verdict or late(stamp_ns > 0, (now_ns - started_ns) / 1e9, (now_ns - seen_ns) / 1e9, watch.scenario.time_limit_s)
         if verdict is not None:
             if verdict.code == 0:
@@ -116,6 +116,10 @@ class Watch:
     def tell(self) -> None:
         for line in self.story.look(self.observer.status, self.observer.referee):
             self.console.print(f"{self.story.elapsed_s:6.1f} s  {line}")
+
+    def unseen(self) -> Verdict | None:
+        """The verdict when nothing can be seen of the drive, and why."""
+        return failed(self.observer.error) if self.observer.error else None
 
     def processes(self) -> Verdict | None:
         """Tell of every process that ended, stopped or went on; the verdict when one of them ends the demo."""

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from wire.clock import Clock
 from wire.latest import Latest
-from wire.link import Stopped, open_link
+from wire.link import LinkError, Stopped, open_link
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import GatewayStatus
 from wire.settings import LinkSettings
@@ -17,11 +17,12 @@ T = TypeVar("T")
 
 
 class Observer:
-    """Who drives, and what the referee says; None before the first. A context manager."""
+    """Who drives, and what the referee says; None before the first. `error` says why nothing can be seen. A context manager."""
 
     def __init__(self, settings: LinkSettings) -> None:
         self._settings = settings
         self._stop = threading.Event()
+        self.error = ""
         self._thread = threading.Thread(target=self._run, name="observer", daemon=True)
         self._status: Latest[GatewayStatus] = Latest()
         self._referee: Latest[Referee] = Latest()
@@ -36,10 +37,13 @@ class Observer:
         self._thread.join(timeout=3.0)
 
     def _run(self) -> None:
-        with suppress(Stopped), open_link(self._settings, Role.CAR_OBSERVER, Clock(), self._stop) as link:
-            link.on("gateway_status", partial(self._heard, self._status))
-            link.on("referee", partial(self._heard, self._referee))
-            self._stop.wait()
+        try:
+            with suppress(Stopped), open_link(self._settings, Role.CAR_OBSERVER, Clock(), self._stop) as link:
+                link.on("gateway_status", partial(self._heard, self._status))
+                link.on("referee", partial(self._heard, self._referee))
+                self._stop.wait()
+        except LinkError as error:
+            self.error = str(error)
 
     def _heard(self, slot: Latest[T], message: T, received_ns: int) -> None:
         slot.put(message, received_ns)

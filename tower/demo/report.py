@@ -35,6 +35,8 @@ def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("commands", f"{_figure(summary['command_rate_hz'], '.0f')} Hz"),
         ("gate stepped in", _counts(summary["gate_interventions"])),
         ("messages dropped", _counts(summary["messages_dropped"])),
+        ("loops", _loops(summary.get("loops") or {})),
+        ("CPU", _load(summary.get("load"))),
     ]
     return rows
 
@@ -44,6 +46,23 @@ def _takeover(takeover: Mapping[str, Any]) -> list[tuple[str, str]]:
     accepted = takeover["takeover_time_s"]
     answer = "nobody took over" if accepted is None else f"taken over after {accepted:.1f} s"
     return [("take-over", f"asked at {takeover['requested_s']:.1f} s, {answer}"), ("", reasons)]
+
+
+def _loops(loops: Mapping[str, Mapping[str, Any]]) -> str:
+    """Cycles that came later than one period, of all loops, and the loop that was latest."""
+    if not loops:
+        return "-"
+    late, cycles = (sum(loop[name] for loop in loops.values()) for name in ("late_cycles", "cycles"))
+    worst = max(loops, key=lambda name: float(loops[name]["lateness_max_ms"]))
+    share = f"{100 * late / cycles:.2f} %" if cycles else "-"
+    return f"{late} of {cycles} cycles late ({share}), at most {loops[worst]['lateness_max_ms']:.0f} ms in {worst}"
+
+
+def _load(load: Mapping[str, Any] | None) -> str:
+    if load is None:
+        return "-"
+    stolen_s = max(load["stolen_s"].values(), default=None)
+    return f"{_figure(load['cores'], '.2f')} cores in the mean, {_figure(stolen_s, '.1f')} s taken away from the machine"
 
 
 def _yes(value: bool | None) -> str:

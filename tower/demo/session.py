@@ -10,9 +10,9 @@ import tomli_w
 from haptics.settings import HapticsSettings
 from tower.settings import TowerSettings
 from wire import certificates
-from wire.configuration import ConfigurationError, read_sections, read_tables, shipped
+from wire.configuration import ConfigurationError, read_sections, read_tables
 from wire.messages.vehicle import VehicleDescription
-from wire.scenario import read_scenario
+from wire.scenario import find_scenario, read_scenario
 from wire.settings import WireSettings
 
 HOUR_NS = 3_600_000_000_000
@@ -28,15 +28,6 @@ def free_udp_ports(count: int) -> list[int]:
     finally:
         for each in sockets:
             each.close()
-
-
-def find_scenario(name: str) -> Path:
-    """A path, or a name in config/scenarios. Raises ConfigurationError that lists what there is."""
-    for place in (Path(name), shipped("scenarios", name), shipped("scenarios", f"{name}.toml")):
-        if place.is_file():
-            return place.resolve()
-    known = ", ".join(sorted(path.stem for path in shipped("scenarios").glob("*.toml")))
-    raise ConfigurationError(f"--scenario {name}: no such file; shipped scenarios: {known}")
 
 
 def choose(base: Path, scenario: str, front_camera: str) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from wire.configuration import read_sections
 from wire.link import open_link
 from wire.pace import Pace
 from wire.settings import WireSettings
-from wire.topics import Role
+from wire.topics import PROGRAMS, Role
 
 _LOOK_S = 1 / 240  # how often the loop looks for a new picture and keys
 _HEALTH_NS = 1_000_000_000
@@ -60,7 +60,7 @@ def run(config: Path, stop: threading.Event) -> int:
                 break
             if now_ns - health_ns >= _HEALTH_NS:
                 health_ns = now_ns
-                link.publish("tower_health", pace.health("window", "display", link.dropped))
+                link.publish("tower_health", pace.health(PROGRAMS[Role.WINDOW], "display", link.dropped))
     return 0
 
 

@@ -1,4 +1,5 @@
-"""`vehicle-gateway ecu`: the shell of the simulated drive-by-wire ECU. Owns both CAN buses' ends; has no link at all.
+"""`vehicle-gateway ecu`: the shell of the simulated drive-by-wire ECU. Owns both CAN buses' ends; has no link at all,
+so it tells the health of its loop on CAN.
 
 Every new command is passed on to the actuators at once, on the reader thread; a 100 Hz cycle does everything else. What
 a command or its absence means is `ecu_core`'s to say. Prints nothing in normal operation.
@@ -20,15 +21,19 @@ from vehicle_gateway.can.ecu_codec import (
     encode_wheels,
 )
 from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.health_codec import LOOP, encode_health
 from vehicle_gateway.settings import VehicleGatewaySettings
 from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.messages.health import LoopHealth
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
 from wire.settings import WireSettings
+from wire.topics import ECU
 
 PERIOD_S = 0.01
+HEALTH_CYCLES = 100  # once a second
 
 
 def run(config: Path, stop: threading.Event) -> int:
@@ -42,8 +47,10 @@ def run(config: Path, stop: threading.Event) -> int:
         ecu.vehicle_bus = stack.enter_context(open_bus(gateway.can, "vehicle", ecu.on_vehicle_frame, clock, fifo_priority=priority))
         ecu.actuator_bus = stack.enter_context(open_bus(gateway.can, "actuator", ecu.on_plant_frame, clock, fifo_priority=priority))
         pace = stack.enter_context(Pace(PERIOD_S, clock, stop, fifo_priority=priority))
-        for now_ns in pace:
+        for number, now_ns in enumerate(pace, start=1):
             ecu.cycle(now_ns)
+            if number % HEALTH_CYCLES == 0:
+                ecu.tell_health(pace.health(ECU, LOOP), number // HEALTH_CYCLES)
             if not (ecu.vehicle_bus.reading and ecu.actuator_bus.reading):
                 return 1  # a reader has died and said why
     return 0
@@ -96,6 +103,10 @@ class Ecu:
             _send(self.vehicle_bus, encode_controls(report.controls, counter))
             if self._plant.wheels_m_s is not None:
                 _send(self.vehicle_bus, encode_wheels(self._plant.wheels_m_s, counter))
+
+    def tell_health(self, health: LoopHealth, counter: int) -> None:
+        for frame in encode_health(health, counter):
+            _send(self.vehicle_bus, frame)
 
     def _demand(self, now_ns: int) -> None:
         self._state, demand = ecu_step(self._state, self._inputs, now_ns, self._settings)

@@ -25,7 +25,7 @@ from vehicle_gateway.settings import VehicleGatewaySettings
 from vehicle_gateway.simulation import referee, sensors
 from vehicle_gateway.simulation.outbox import Outbox
 from vehicle_gateway.simulation.powertrain import wheel_speeds_m_s
-from vehicle_gateway.simulation.settings import SimulationSettings, scenario_file
+from vehicle_gateway.simulation.settings import SimulationSettings
 from vehicle_gateway.simulation.world import (
     advance,
     as_cameras_see_it,
@@ -37,15 +37,15 @@ from vehicle_gateway.simulation.world import (
     valid_demand,
 )
 from wire.clock import Clock
-from wire.configuration import read_sections
+from wire.configuration import ConfigurationError, read_sections
 from wire.latest import Latest
 from wire.messages.base import encode
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
 from wire.road import Road
-from wire.scenario import read_map, read_scenario
+from wire.scenario import find_scenario, read_map, read_scenario
 from wire.settings import WireSettings
-from wire.topics import Role
+from wire.topics import PROGRAMS, Role
 
 PERIOD_S = 0.004
 STEP_NS = 1_000_000
@@ -85,12 +85,21 @@ def run(config: Path, stop: threading.Event) -> int:
 
 @contextmanager
 def _referee_log(folder: str) -> Iterator[IO[bytes] | None]:
-    """The referee's own log, unbuffered: every line is in the file when it is written. None when no folder is set."""
+    """The referee's own log, unbuffered: every line is in the file when it is written. None when no folder is set.
+
+    Raises ConfigurationError when it cannot be written.
+    """
     if not folder:
         yield None
         return
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    with open(Path(folder) / "referee.jsonl", "ab", buffering=0) as log:
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        log = open(Path(folder) / "referee.jsonl", "ab", buffering=0)  # noqa: SIM115 - closed below, whatever happens
+    except OSError as error:
+        raise ConfigurationError(
+            f"{folder}: cannot be written: {error.strerror}; choose another with [wire.session] folder"
+        ) from None
+    with log:
         yield log
 
 
@@ -137,7 +146,7 @@ class Simulation:
         log: IO[bytes] | None,
         pace: Pace,
     ) -> None:
-        scenario, map_file = read_scenario(scenario_file(settings.scenario))
+        scenario, map_file = read_scenario(find_scenario(settings.scenario))
         self._settings, self._demands, self._bus = settings, demands, bus
         self._outbox, self._log, self._pace = outbox, log, pace
         self.stage, self.world = build(
@@ -162,7 +171,7 @@ class Simulation:
         if schedule.due("referee", now_ns) or news:
             self._tell_verdict(now_ns)
         if schedule.due("car_health", now_ns):
-            self._outbox.put("car_health", self._pace.health("simulate", "plant", self._dropped()))
+            self._outbox.put("car_health", self._pace.health(PROGRAMS[Role.SIMULATE], "plant", self._dropped()))
 
     def _demand(self, now_ns: int) -> Demand | None:
         newest = self._demands.latest.get()

@@ -21,8 +21,9 @@ from wire.messages.base import Message
 from wire.messages.vehicle import CameraCalibration
 from wire.pace import Pace
 from wire.picture import EncodedPicture, pack_picture
+from wire.topics import PROGRAMS, Role
 
-PROCESS = "vehicle-gateway video"
+PROCESS = PROGRAMS[Role.VIDEO]
 _STATUS_PERIOD_S = 0.2
 _HEALTH_EVERY = 5  # statuses
 

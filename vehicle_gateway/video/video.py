@@ -16,11 +16,11 @@ from vehicle_gateway.video.sender import video_sender
 from vehicle_gateway.video.simulated import Renderer
 from vehicle_gateway.video.sources import choose_sources, open_sources
 from wire.clock import Clock
-from wire.configuration import read_sections, shipped
+from wire.configuration import read_sections
 from wire.link import open_link
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.road import Road
-from wire.scenario import read_map, read_scenario
+from wire.scenario import find_scenario, read_map, read_scenario
 from wire.settings import WireSettings
 from wire.topics import Role
 
@@ -50,8 +50,7 @@ def _renderers(scenario_name: str, vehicle: VehicleDescription) -> Callable[[Cam
     """Makes the renderer of one simulated camera. The scenario is read when the first is made: a real car has none."""
 
     def renderer(calibration: CameraCalibration) -> Renderer:
-        path = Path(scenario_name)
-        scenario, map_path = read_scenario(path if path.is_file() else shipped("scenarios", scenario_name))
+        scenario, map_path = read_scenario(find_scenario(scenario_name))
         return SimulatedCamera(calibration, vehicle, scenario, Road(read_map(map_path)))
 
     return renderer
