@@ -45,6 +45,7 @@ def test_no_recording_is_no_summary_and_no_complaint(tmp_path):
 
 
 def test_an_observer_that_cannot_open_its_link_says_why(tmp_path):
+    (tmp_path / "something.else").touch()  # into an empty folder they would be made
     with Observer(LinkSettings(certificates=str(tmp_path))) as observer:
         until = time.monotonic() + 10.0
         while not observer.error and time.monotonic() < until:
