@@ -89,7 +89,7 @@ def arrived(path: Path, topic: str, count: int) -> bool:
 def test_everything_that_the_table_says_is_recorded_is_subscribed_and_nothing_else(build: Any) -> None:
     link = OneLink()
     Recorder(link, DriveWriter(io.BytesIO(), build.provenance()), 100)
-    assert set(link.callbacks) == set(TOPICS) - {"operator_input", "clock_ping", "clock_pong", "world_state"}
+    assert set(link.callbacks) == set(TOPICS) - {"operator_input", "clock_ping", "clock_pong", "world_state", "played_video"}
 
 
 def test_what_arrived_before_the_stop_is_written_in_the_order_of_arrival(build: Any, tmp_path: Path) -> None:
