@@ -2,8 +2,9 @@
 
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from socket import AF_INET, AF_INET6, SOCK_DGRAM, socket
 
 import msgspec
 from rich.console import Console
@@ -11,15 +12,17 @@ from rich.live import Live
 from rich.table import Table
 
 from wire.clock import Clock
+from wire.endpoint import Endpoint
 from wire.latest import Latest, Received
 from wire.link import Link, LinkError, open_link
 from wire.messages.vehicle import GatewayStatus, VehicleState
 from wire.settings import LinkSettings
-from wire.site import dialled
+from wire.site import dialled, listened
 from wire.topics import Role
 
 FRESH_NS = 1_500_000_000  # the state is told at 20 Hz; older than this the car is not there now
 LOOK_S = 0.1
+FREE_NS = 3_000_000_000
 REFRESH_S = 0.5
 COLUMNS = ("vehicle", "mode", "speed", "operator", "asks for")
 
@@ -89,14 +92,30 @@ class Fleet:
 def looking(settings: LinkSettings, clock: Clock, stop: threading.Event) -> Iterator[Link]:
     """A link that sees every car: dialling them all; or where cars dial us, as their hub or as a guest of the running one."""
     everyone = towards_all(settings)
+    takes_ports = bool(settings.listen)
     with ExitStack() as stack:
         try:
-            link = stack.enter_context(open_link(everyone, Role.TOWER_HUB, clock, stop, hub=True, waits=bool(settings.listen)))
+            link = stack.enter_context(open_link(everyone, Role.TOWER_HUB, clock, stop, hub=True, waits=takes_ports))
         except LinkError:
-            if not settings.listen:
+            if not takes_ports:
                 raise
+            takes_ports = False
             link = stack.enter_context(open_link(settings, Role.WINDOW, clock, stop))  # a drive is running: its hub knows the cars
         yield link
+    if takes_ports:
+        _wait_until_free(listened(settings, "tower"), clock)
+
+
+def _wait_until_free(places: tuple[Endpoint, ...], clock: Clock) -> None:
+    """Zenoh holds a port a little longer than its session: whoever listens there next, in another process, would be refused."""
+    until_ns = clock.now_ns() + FREE_NS
+    for place in places:
+        family = AF_INET6 if place.host.startswith("[") else AF_INET
+        while clock.now_ns() < until_ns:
+            with socket(family, SOCK_DGRAM) as probe, suppress(OSError):
+                probe.bind((place.host.strip("[]"), place.port))
+                break
+            threading.Event().wait(LOOK_S)
 
 
 def show(link_settings: LinkSettings, clock: Clock, stop: threading.Event, patience_s: float, watch: bool) -> int:

@@ -1,0 +1,234 @@
+"""Two machines on this one: two network namespaces with an address each, joined by one cable that can be pulled.
+
+Needs root and `ip` (iproute2). Nothing of it is visible outside; leaving the context removes it. The certificates of either
+side are made as a user would: exported on one machine, imported on the other.
+"""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from wire.configuration import read_tables, shipped
+
+CAR_ADDRESS, TOWER_ADDRESS = "10.213.0.1", "10.213.0.2"
+VEHICLE = "car-1"
+HOUR_NS = 3_600_000_000_000
+LOOK_S = 0.02
+_BIN = Path(sys.executable).parent
+
+
+def missing() -> str:
+    """Why there can be no namespaces here, in one line; "" when there can."""
+    if shutil.which("ip") is None:
+        return "no network namespaces: `ip` is missing (apt-get install iproute2)"
+    if os.geteuid() != 0:
+        return "no network namespaces: they need root"
+    tried = subprocess.run(["ip", "netns", "exec", "none-such", "true"], capture_output=True, text=True, check=False)
+    return "no network namespaces: not permitted here" if "not permitted" in tried.stderr else ""
+
+
+@dataclass(slots=True)
+class Program:
+    """A running program; its output goes to a file."""
+
+    process: subprocess.Popen[bytes]
+    log: Path
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def said(self) -> str:
+        return self.log.read_text(errors="replace")
+
+
+@dataclass(slots=True)
+class Machine:
+    """One side: its namespace, its folder, its configuration and what runs there."""
+
+    name: str
+    address: str
+    cable: str
+    folder: Path
+    config: Path
+    running: dict[str, Program] = field(default_factory=dict)
+
+    def command(self, program: str, *arguments: str) -> list[str]:
+        return ["ip", "netns", "exec", self.name, str(_BIN / program), *arguments]
+
+    def ask(self, program: str, *arguments: str, patience_s: float = 30.0) -> subprocess.CompletedProcess[str]:
+        """Run a program to its end."""
+        configured = (*arguments, "--config", str(self.config))
+        return subprocess.run(
+            self.command(program, *configured),
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=patience_s,
+            stdin=subprocess.DEVNULL,
+            cwd=self.folder,
+        )
+
+    def start(self, name: str, program: str, *arguments: str) -> Program:
+        log = self.folder / f"{name}.log"
+        with log.open("ab") as stream:
+            process = subprocess.Popen(
+                self.command(program, *arguments, "--config", str(self.config)),
+                stdout=stream,
+                stderr=stream,
+                stdin=subprocess.DEVNULL,
+                cwd=self.folder,
+                env=os.environ | {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"},
+            )
+        self.running[name] = Program(process, log)
+        return self.running[name]
+
+    def pull(self) -> None:
+        """Pull the cable; the address stays."""
+        subprocess.run(["ip", "-n", self.name, "link", "set", self.cable, "down"], check=True)
+
+    def plug(self) -> None:
+        subprocess.run(["ip", "-n", self.name, "link", "set", self.cable, "up"], check=True)
+
+    def end_all(self) -> None:
+        for program in reversed(self.running.values()):
+            program.process.terminate()
+        for program in self.running.values():
+            with suppress(subprocess.TimeoutExpired):
+                program.process.wait(10.0)
+            program.process.kill()
+            program.process.wait()
+        self.running.clear()
+
+
+@dataclass(frozen=True, slots=True)
+class Sites:
+    car: Machine
+    tower: Machine
+
+
+@contextmanager
+def two_machines(folder: Path, scenario: str = "short.toml") -> Iterator[Sites]:
+    """Both machines with their certificates, nothing running. The tower's clock is an hour off."""
+    car, tower = (_machine(folder, site, address) for site, address in (("car", CAR_ADDRESS), ("tower", TOWER_ADDRESS)))
+    with ExitStack() as stack:
+        for machine in (car, tower):
+            subprocess.run(["ip", "netns", "add", machine.name], check=True)
+            stack.callback(subprocess.run, ["ip", "netns", "del", machine.name], check=False)
+        _join(car, tower)
+        _configure(car, scenario)
+        _configure(tower, scenario)
+        _carry_certificates(folder, car, tower)
+        for machine in (car, tower):
+            stack.callback(machine.end_all)
+        yield Sites(car, tower)
+
+
+def _machine(folder: Path, site: str, address: str) -> Machine:
+    own = folder / site
+    own.mkdir()
+    return Machine(f"rot-{site}-{os.getpid()}", address, f"rot{site}", own, own / f"{site}.toml")
+
+
+def _join(car: Machine, tower: Machine) -> None:
+    subprocess.run(
+        ["ip", "link", "add", car.cable, "netns", car.name, "type", "veth", "peer", "name", tower.cable, "netns", tower.name],
+        check=True,
+    )
+    for machine in (car, tower):
+        subprocess.run(["ip", "-n", machine.name, "addr", "add", f"{machine.address}/24", "dev", machine.cable], check=True)
+        for link in ("lo", machine.cable):
+            subprocess.run(["ip", "-n", machine.name, "link", "set", link, "up"], check=True)
+
+
+def _configure(machine: Machine, scenario: str) -> None:
+    tables: dict[str, Any] = read_tables(shipped("simulated.toml"))
+    wire = tables["wire"]
+    wire["link"].update(certificates=str(machine.folder / "certificates"))
+    if machine.address == CAR_ADDRESS:
+        wire["link"]["vehicle_id"] = tables["vehicle"]["vehicle_id"] = VEHICLE
+        wire["session"] = {"folder": str(machine.folder), "name": machine.folder.name}
+        tables["vehicle_gateway"]["memory"] = str(machine.folder / "memory.json")
+        tables["vehicle_gateway"]["simulation"]["scenario"] = scenario
+    else:
+        wire["clock"] = {"tower_offset_ns": HOUR_NS}
+    machine.config.write_bytes(tomli_w.dumps(tables).encode())
+
+
+def _carry_certificates(folder: Path, car: Machine, tower: Machine) -> None:
+    """An authority at the office; a bundle to each machine."""
+    office = ("--folder", str(folder / "office"))
+    for machine, whose in ((car, ("--vehicle", VEHICLE)), (tower, ("--tower",))):
+        bundle = str(folder / f"{machine.folder.name}.bundle")
+        steps = (
+            ("certificates", "export", bundle, *office, *whose, "--host", machine.address, "--simulated"),
+            ("certificates", "import", bundle),
+        )
+        for step in steps:
+            done = machine.ask("tower", *step)
+            if done.returncode:
+                raise RuntimeError(done.stderr)
+
+
+class Listener:
+    """What arrives at the car's hub, heard from outside its namespace. A context manager."""
+
+    def __init__(self, car: Machine, *topics: str) -> None:
+        self.count: Counter[str] = Counter()
+        self.newest: dict[str, Any] = {}  # by topic
+        self.modes: deque[str] = deque()  # in order, without repetition
+        self._heard_s: dict[str, float] = {}
+        self._process = subprocess.Popen(
+            car.command("python", "-m", "benchmarks.listen", str(car.config), *topics),
+            stdout=subprocess.PIPE,
+            cwd=Path(__file__).resolve().parents[1],
+        )
+        self._thread = threading.Thread(target=self._read, name="listener", daemon=True)
+
+    def __enter__(self) -> "Listener":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.send_signal(signal.SIGTERM)
+        self._process.wait()
+        self._thread.join()
+
+    def _read(self) -> None:
+        for line in self._process.stdout or ():
+            heard = json.loads(line)
+            topic, message = heard["topic"], heard["message"]
+            self.count[topic] += 1
+            if topic == "gateway_status" and (not self.modes or self.modes[-1] != message["mode"]):
+                self.modes.append(message["mode"])
+            self.newest[topic] = message
+            self._heard_s[topic] = time.monotonic()
+
+    def silence_s(self, topic: str) -> float:
+        """Since something was last heard on a topic."""
+        return time.monotonic() - self._heard_s.get(topic, 0.0)
+
+    @property
+    def mode(self) -> str:
+        return self.modes[-1] if self.modes else ""
+
+    def wait_until(self, what: str, condition: Callable[[], object], patience_s: float) -> None:
+        """Look until `condition` holds. Raises TimeoutError that says what it waited for and what was heard."""
+        until = time.monotonic() + patience_s
+        while not condition():
+            if time.monotonic() > until:
+                raise TimeoutError(f"{patience_s:g} s passed before: {what}; modes {list(self.modes)}, heard {dict(self.count)}")
+            time.sleep(LOOK_S)
