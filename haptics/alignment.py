@@ -165,7 +165,7 @@ def _walk(state: WheelState, seen: WheelInputs, now_ns: int, dt_s: float, settin
     never farther ahead of the wheel than the spring pulls - a wheel that was held back does not shoot off when let go."""
     if state.phase not in (Phase.ALIGN, Phase.READY) or seen.car_angle_rad is None:
         return state
-    rate_max = settings.rate_max_rad_s * _ramp(state, now_ns, settings)
+    rate_max = settings.rate_max_rad_s * ramp(state, now_ns, settings)
     rate = clamp((seen.car_angle_rad - state.centre_rad) / (settings.approach_s + dt_s), rate_max)
     lead = clamp(state.centre_rad + rate * dt_s - seen.angle_rad, settings.torque_max / settings.stiffness_1_rad)
     return replace(state, centre_rad=seen.angle_rad + lead, centre_rate_rad_s=rate)
@@ -186,10 +186,11 @@ def wanted_torque(state: WheelState, seen: WheelInputs, now_ns: int, limits: Whe
 def _aligning_torque(state: WheelState, seen: WheelInputs, now_ns: int, settings: AlignmentSettings) -> float:
     spring = clamp(settings.stiffness_1_rad * (state.centre_rad - seen.angle_rad), settings.torque_max)
     damping = settings.damping_s * (state.centre_rate_rad_s - seen.rate_rad_s)
-    return clamp(spring * _ramp(state, now_ns, settings) + damping, settings.torque_max)
+    return clamp(spring * ramp(state, now_ns, settings) + damping, settings.torque_max)
 
 
-def _ramp(state: WheelState, now_ns: int, settings: AlignmentSettings) -> float:
+def ramp(state: WheelState, now_ns: int, settings: AlignmentSettings) -> float:
+    """Share of the aligning pull, 0..1 from the beginning of ALIGN."""
     return min(_in_phase_s(state, now_ns) / settings.ramp_s, 1.0)
 
 

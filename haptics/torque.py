@@ -42,21 +42,32 @@ def steering_torque(
     lateral_m_s2           low-passed lateral acceleration of the car, left positive
     lock_rad               steering wheel angle at which the road wheels reach their end
     """
-    share = min(abs(speed_m_s) / settings.spring_full_speed_m_s, 1.0)
-    spring = _between(settings.spring_at_rest, settings.spring_at_speed, share)
     return (
-        -spring * clamp(angle_rad / settings.spring_saturation_rad, 1.0)
+        -spring_torque_max(speed_m_s, settings) * clamp(angle_rad / settings.spring_saturation_rad, 1.0)
         + damping_torque(rate_rad_s, speed_m_s, settings)
         + end_stop_torque(angle_rad, lock_rad, settings)
-        - clamp(settings.lateral_gain_s2_m * lateral_m_s2, settings.lateral_max)
+        + lateral_torque(lateral_m_s2, settings)
     )
+
+
+def spring_torque_max(speed_m_s: float, settings: TorqueSettings) -> float:
+    """k(v): what the centring spring pulls with beyond spring_saturation_rad."""
+    return _between(settings.spring_at_rest, settings.spring_at_speed, _speed_share(speed_m_s, settings))
+
+
+def lateral_torque(lateral_m_s2: float, settings: TorqueSettings) -> float:
+    return -clamp(settings.lateral_gain_s2_m * lateral_m_s2, settings.lateral_max)
 
 
 def damping_torque(rate_rad_s: float, speed_m_s: float, settings: TorqueSettings) -> float:
     """Damping and friction alone: what stays when nothing may pull the wheel."""
-    share = min(abs(speed_m_s) / settings.spring_full_speed_m_s, 1.0)
-    damping = _between(settings.damping_at_rest_s, settings.damping_at_speed_s, share)
-    return -damping * rate_rad_s - settings.friction * tanh(rate_rad_s / settings.friction_rate_rad_s)
+    friction = settings.friction * tanh(rate_rad_s / settings.friction_rate_rad_s)
+    return -damping_s(speed_m_s, settings) * rate_rad_s - friction
+
+
+def damping_s(speed_m_s: float, settings: TorqueSettings) -> float:
+    """b(v): torque per rad/s."""
+    return _between(settings.damping_at_rest_s, settings.damping_at_speed_s, _speed_share(speed_m_s, settings))
 
 
 def end_stop_torque(angle_rad: float, lock_rad: float, settings: TorqueSettings) -> float:
@@ -78,6 +89,10 @@ def low_passed(state: float, value: float, dt_s: float, time_constant_s: float) 
 
 def clamp(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
+
+
+def _speed_share(speed_m_s: float, settings: TorqueSettings) -> float:
+    return min(abs(speed_m_s) / settings.spring_full_speed_m_s, 1.0)
 
 
 def _between(at_zero: float, at_one: float, share: float) -> float:

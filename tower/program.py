@@ -89,6 +89,19 @@ def window(config: Config = DEFAULT) -> None:
     raise typer.Exit(run_until_stopped(run, config, BEHIND_CONTROL))
 
 
+@application.command("force-feedback", hidden=True)
+def force_feedback(
+    device: str,
+    sign: Annotated[int, typer.Option()] = 1,
+    gain: Annotated[float, typer.Option()] = 1.0,
+    uploads: Annotated[float, typer.Option()] = 100.0,
+) -> None:
+    """Renders the forces of one wheel; started by the cockpit, which says through stdin what to render."""
+    from tower.devices.force_feedback_process import run
+
+    raise typer.Exit(run(device, sign, gain, uploads))
+
+
 @certificates.callback(invoke_without_command=True)
 def make_certificates(
     context: typer.Context,
@@ -137,3 +150,7 @@ def import_certificates(
 
 def main() -> None:
     application()
+
+
+if __name__ == "__main__":
+    main()

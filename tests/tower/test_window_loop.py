@@ -12,6 +12,7 @@ from tower.window.display_loop import DisplayLoop
 from tower.window.keys import Control
 from tower.window.snapshot import SnapshotWriter
 from tower.window.sounds import Player
+from tower.window.sticks import Hands
 from wire.latest import Latest
 from wire.messages.base import Message, decoder, encode
 from wire.messages.operating import OperatorInput, WindowStatus
@@ -69,6 +70,9 @@ class ScreenInMemory:
 
     def held(self) -> frozenset[Control]:
         return self.down
+
+    def sticks(self) -> tuple[Hands, ...]:
+        return ()
 
     def show_full(self, full_screen: bool) -> None:
         self.full_screen = full_screen

@@ -11,22 +11,25 @@ from pathlib import Path
 
 from haptics import alignment
 from haptics.alignment import WheelInputs, WheelState
+from haptics.force_feedback import law
 from haptics.settings import HapticsSettings
 from haptics.virtual_wheel import VirtualWheel
 from tower.cockpit import clock_sync, hand_over, lease_client, stop_button
 from tower.cockpit.asker import Asker, Asking
-from tower.cockpit.command import Stamps, Wanted, built, is_event, trusted, wanted
-from tower.cockpit.devices import Controls, Device, Presses, View, newly_pressed, window_presses
+from tower.cockpit.command import Stamps, Wanted, built, is_event, wanted
+from tower.cockpit.desk import Arrivals, Desk
+from tower.cockpit.devices import Controls, Presses, View, newly_pressed, window_presses
 from tower.cockpit.hand_over import HandOverInputs, HandOverState
-from tower.cockpit.keyboard import KeyboardDevice, lock_rad
+from tower.cockpit.keyboard import lock_rad
 from tower.cockpit.lease_client import Lease
 from tower.cockpit.pedals import Arming, arm
 from tower.cockpit.reading import CockpitLink, Inbox
-from tower.cockpit.scripted import ScriptedOperator
 from tower.cockpit.settings import CockpitSettings
 from tower.cockpit.status import Told, operator_status, worth_telling
 from tower.cockpit.stop_button import StopButton
 from tower.cockpit.torque_log import TorqueLog
+from tower.devices import store
+from tower.devices.finder import Finder, opened
 from tower.settings import TowerSettings
 from wire.clock import Clock
 from wire.configuration import read_sections
@@ -55,8 +58,14 @@ def run(config: Path, stop: threading.Event) -> int:
     wire, settings = sections["wire"], sections["tower"].cockpit
     clock = Clock(wire.clock.tower_offset_ns)
     role = Role.TOWER_SCRIPT if settings.device == "scripted" else Role.TOWER_HUB
-    with open_link(wire.link, role, clock, stop, hub=True) as link, Asker(link.ask, clock) as asker:
-        cockpit = Cockpit(settings, sections["haptics"], link, asker, secrets.token_hex(8))
+    haptics: HapticsSettings = sections["haptics"]
+    saved = store.load(store.folder())
+    with (
+        Finder(saved, lambda node: opened(node, saved, haptics.force_feedback)) as finder,
+        open_link(wire.link, role, clock, stop, hub=True) as link,
+        Asker(link.ask, clock) as asker,
+    ):
+        cockpit = Cockpit(settings, haptics, link, asker, secrets.token_hex(8), finder)
         with Pace(TICK_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
             health_ns = 0
             for now_ns in pace:
@@ -68,23 +77,25 @@ def run(config: Path, stop: threading.Event) -> int:
     return 0
 
 
-def _device(settings: CockpitSettings, haptics: HapticsSettings) -> Device:
-    if settings.device == "scripted":
-        return ScriptedOperator(settings.scripted, settings.pedals, haptics.virtual_wheel, VirtualWheel())
-    return KeyboardDevice(settings.keyboard, haptics.virtual_wheel, VirtualWheel())
-
-
 class Cockpit:
     """The state between two ticks, and the order of a tick."""
 
-    def __init__(self, settings: CockpitSettings, haptics: HapticsSettings, link: CockpitLink, asker: Asking, session: str) -> None:
+    def __init__(
+        self,
+        settings: CockpitSettings,
+        haptics: HapticsSettings,
+        link: CockpitLink,
+        asker: Asking,
+        session: str,
+        arrivals: Arrivals | None = None,
+    ) -> None:
         self._settings = settings
         self._haptics = haptics
         self._link = link
         self._asker = asker
         self._session = session
         self._inbox = Inbox(link)
-        self._device = _device(settings, haptics)
+        self._desk = Desk(settings, haptics, arrivals)
         self._controls = Controls(wheel=VirtualWheel())
         self._presses: tuple[Presses | None, Presses | None] = (None, None)  # of the window, of the device
         self._arming = Arming()
@@ -145,12 +156,13 @@ class Cockpit:
 
     def _feel(self, view: View, dt_s: float, now_ns: int) -> None:
         """The torque of the last tick moves the wheel; the controls are read."""
-        touched = view.operator_input is not None and view.operator_input.message.touched
-        if touched and isinstance(self._device, ScriptedOperator):
-            self._device = KeyboardDevice(self._settings.keyboard, self._haptics.virtual_wheel, self._controls.wheel)
+        driving = hand_over.is_driving(self._hand_over, self._status, self._settings.operator, now_ns)
+        armed = self._arming.armed
+        self._controls = self._desk.step(view, self._wheel.torque, dt_s, now_ns, driving=driving, armed=armed)
+        if self._desk.switched:
             self._presses = (self._presses[0], None)
-            self._hand_over = replace(self._hand_over, note="keyboard touched: the scripted operator has let go")
-        self._controls = trusted(self._device.step(view, self._wheel.torque, dt_s, now_ns), self._controls, now_ns)
+        if self._desk.let_go:
+            self._hand_over = replace(self._hand_over, note=self._desk.let_go)
 
     def _decide(self, view: View, dt_s: float, now_ns: int) -> float:
         """Buttons, pedals, wheel, lease. Returns the alignment error in rad."""
@@ -161,6 +173,7 @@ class Cockpit:
         self._arm(status)
         inputs = self._wheel_inputs(view, status, now_ns)
         self._turn(inputs, dt_s, now_ns)
+        self._desk.feel(inputs, law(self._wheel, inputs, now_ns, self._wheel_limits), dt_s, now_ns)
         self._ask(pressed, status, now_ns)
         return alignment.alignment_error_rad(inputs)
 
@@ -173,12 +186,12 @@ class Cockpit:
         window = window_presses(view.operator_input.message) if view.operator_input is not None else None
         before, self._presses = self._presses, (window or self._presses[0], self._controls.presses)
         of_window = newly_pressed(before[0], window) if window is not None else frozenset()
-        return of_window | newly_pressed(before[1], self._controls.presses)
+        return of_window | self._desk.pressed | newly_pressed(before[1], self._controls.presses)
 
     def _arm(self, status: GatewayStatus | None) -> None:
-        """What was seen of the pedals before a stop counts no more after it."""
+        """What was seen of the pedals before a stop counts no more after it, nor what was seen of another device."""
         mode = status.mode if status is not None else None
-        reset = mode in DISARMING and mode is not self._mode
+        reset = self._desk.switched or self._desk.lost or (mode in DISARMING and mode is not self._mode)
         self._mode = mode
         self._arming = arm(self._arming, self._controls, reset, self._settings.pedals)
 
@@ -247,7 +260,8 @@ class Cockpit:
         self._repeat_stop(now_ns)
         told = Told(
             operator=self._settings.operator,
-            device=self._device.name,
+            device=self._desk.name,
+            device_note=self._desk.note,
             lease=self._lease,
             controls=self._controls,
             armed=self._arming.armed,

@@ -55,6 +55,7 @@ class Controls:
     brake: float = 0.0
     throttle_reported: bool = False  # the device has said at least once where this pedal is
     brake_reported: bool = False
+    wheel_reported: bool = True  # a real wheel has said at least once where it stands
     dead_man: bool = False
     gear: Gear = Gear.DRIVE
     indicators: Indicators = Indicators.OFF

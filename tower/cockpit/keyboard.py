@@ -1,9 +1,11 @@
-"""The keyboard as a device: keys of the window turn a virtual wheel and press virtual pedals, so that a person can drive well.
+"""Keyboard and gamepad as a device: keys or a stick turn a virtual wheel and press its pedals, so that a person can drive well.
 
 A held arrow key walks the wheel's target, faster the longer it is held and the slower the car; a released one lets it return to the
-middle. Before the wheel is the operator's (phase ACTIVE) the arms are off it. Never reads the keyboard: the window does.
+middle. A stick names the target itself, as a share of the sharpest bend at this speed. Before the wheel is the operator's (phase
+ACTIVE) the arms are off it. Never reads keyboard or gamepad: the window does.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import atan
 from typing import Annotated
@@ -17,7 +19,7 @@ from tower.cockpit.arms import ArmsSettings, arms_torque_nm
 from tower.cockpit.command import SAMPLE_AGE_MAX_NS
 from tower.cockpit.devices import Controls, View
 from wire.messages.base import Message, Seconds
-from wire.messages.operating import OperatorInput
+from wire.messages.operating import InputKind, OperatorInput
 from wire.messages.vehicle import VehicleDescription
 
 Rate = Annotated[float, Meta(gt=0.0, le=50.0)]
@@ -37,6 +39,7 @@ class KeyboardSettings(Message):
     throttle_fall_1_s: Rate = 4.0
     brake_rise_1_s: Rate = 2.0
     brake_fall_1_s: Rate = 5.0
+    stick_rate_rad_s: Rate = 6.0  # of the wheel's target under a stick, as fast as arms turn
     arms: ArmsSettings = ArmsSettings()
 
 
@@ -61,6 +64,19 @@ def steered(keys: Keys, steer: float, speed_m_s: float, target_max_rad: float, d
     against = keys.target_rad * steer < 0.0  # countersteering begins with letting go, at that rate
     rate = steer * (max(full * pressing, settings.return_rad_s) if against else full * pressing)
     return replace(keys, target_rad=clamp(keys.target_rad + rate * dt_s, target_max_rad), held_s=keys.held_s + dt_s)
+
+
+def stick_steered(
+    keys: Keys, steer: float, speed_m_s: float, target_max_rad: float, dt_s: float, settings: KeyboardSettings
+) -> Keys:
+    """Target angle of the wheel after dt_s with a stick at `steer`: that share of the sharpest bend, and no faster than arms."""
+    step = clamp(steer * target_max_rad - keys.target_rad, settings.stick_rate_rad_s * dt_s)
+    return replace(keys, target_rad=clamp(keys.target_rad + step, target_max_rad), held_s=0.0)
+
+
+def stick_pedalled(keys: Keys, throttle: float, brake: float, dt_s: float, settings: KeyboardSettings) -> Keys:
+    """Triggers are pedals: they are where the fingers hold them."""
+    return replace(keys, throttle=throttle, brake=brake)
 
 
 def pedalled(keys: Keys, throttle: float, brake: float, dt_s: float, settings: KeyboardSettings) -> Keys:
@@ -91,9 +107,15 @@ def lock_rad(description: VehicleDescription | None) -> float:
     return min(description.steering_ratio * description.road_wheel_angle_max_rad, 16.0)  # 16 rad: range of the message
 
 
-class KeyboardDevice:
-    name = "keyboard"
+Steer = Callable[[Keys, float, float, float, float, KeyboardSettings], Keys]
+Press = Callable[[Keys, float, float, float, KeyboardSettings], Keys]
+_HANDS: dict[InputKind, tuple[Steer, Press]] = {
+    InputKind.KEYBOARD: (steered, pedalled),
+    InputKind.GAMEPAD: (stick_steered, stick_pedalled),
+}
 
+
+class KeyboardDevice:
     def __init__(self, settings: KeyboardSettings, wheel_settings: VirtualWheelSettings, wheel: VirtualWheel) -> None:
         """wheel  where the wheel stands: that of the device used before"""
         self._settings = settings
@@ -102,6 +124,10 @@ class KeyboardDevice:
         self._keys = Keys(target_rad=wheel.angle_rad)
         self._last: OperatorInput | None = None
         self._event_ns = 0
+
+    @property
+    def name(self) -> str:
+        return self._last.device if self._last is not None else "keyboard"
 
     def step(self, view: View, torque: float, dt_s: float, now_ns: int) -> Controls:
         message = view.operator_input.message if view.operator_input is not None else None
@@ -124,37 +150,40 @@ class KeyboardDevice:
             hazard=message.hazard,
             lights=message.lights,
             wipers=message.wipers,
-            throttle_reported=usable,
-            brake_reported=usable,
+            throttle_reported=usable and message.pedals_reported,
+            brake_reported=usable and message.pedals_reported,
         )
         return replace(controls, dead_man=message.dead_man, horn=message.horn) if usable else controls
 
     def _notice(self, message: OperatorInput | None) -> None:
         if message is None or message is self._last:
             return
-        if self._last is None or _held(message) != _held(self._last):
+        if self._last is None or held_levels(message) != held_levels(self._last):
             self._event_ns = message.stamp_ns
         self._last = message
 
     def _move(self, message: OperatorInput | None, view: View, torque: float, dt_s: float) -> None:
         description = view.description.message if view.description is not None else None
         throttle, brake = (message.throttle, message.brake) if message is not None else (0.0, 0.0)
-        self._keys = pedalled(self._keys, throttle, brake, dt_s, self._settings)
+        steer, press = _HANDS[message.kind if message is not None else InputKind.KEYBOARD]
+        self._keys = press(self._keys, throttle, brake, dt_s, self._settings)
         arms_nm = 0.0
         if view.wheel_phase is Phase.ACTIVE:
             if message is not None:  # without keys to go by the arms hold still: straightening up would steer
                 limit = target_max_rad(view.speed_m_s, description, self._settings)
-                self._keys = steered(self._keys, message.steer, view.speed_m_s, limit, dt_s, self._settings)
+                self._keys = steer(self._keys, message.steer, view.speed_m_s, limit, dt_s, self._settings)
             arms_nm = arms_torque_nm(self._wheel, self._keys.target_rad, self._settings.arms)
         else:
             self._keys = replace(self._keys, target_rad=self._wheel.angle_rad, held_s=0.0)
         self._wheel = turned(self._wheel, torque, arms_nm, lock_rad(description), dt_s, self._wheel_settings)
 
 
-def _held(message: OperatorInput) -> tuple[object, ...]:
+def held_levels(message: OperatorInput) -> tuple[object, ...]:
     return (
         message.focus,
+        message.device,
         message.steer,
+        message.steering_wheel_angle_rad,
         message.throttle,
         message.brake,
         message.dead_man,

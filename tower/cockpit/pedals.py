@@ -2,7 +2,7 @@
 
 Acceleration is along the selected gear: positive drives, negative brakes. A released throttle is a gentle engine braking,
 which also holds the car at standstill. Never lets a throttle through that was not seen released first: before its first report
-a pedal's axis may read anything (the kernel's 0 on an inverted axis is full throttle).
+a pedal's axis may read anything (the kernel's 0 on an inverted axis is full throttle). A wheel must have said where it stands.
 """
 
 from dataclasses import dataclass
@@ -27,22 +27,33 @@ class PedalSettings(Message):
 class Arming:
     throttle_seen_released: bool = False
     brake_seen_released: bool = False
+    wheel_reported: bool = True
 
     @property
     def armed(self) -> bool:
-        return self.throttle_seen_released and self.brake_seen_released
+        return self.throttle_seen_released and self.brake_seen_released and self.wheel_reported
+
+    @property
+    def missing(self) -> str:
+        """What is still to be done, in words; "" when armed."""
+        if not self.wheel_reported:
+            return "Turn the wheel a little"
+        both = not self.throttle_seen_released and not self.brake_seen_released
+        which = "both pedals" if both else "the throttle" if not self.throttle_seen_released else "the brake"
+        return "" if self.armed else f"Press and release {which} once"
 
 
 def arm(state: Arming, controls: Controls, reset: bool, settings: PedalSettings) -> Arming:
-    """Each pedal must have reported AND have been seen released.
+    """Each pedal must have reported AND have been seen released; a real wheel must have reported.
 
-    reset  the car was stopped: what was seen before counts no more
+    reset  the car was stopped, or the device is another or was plugged in again: what was seen before counts no more
     """
     before = Arming() if reset else state
     limit = settings.released_below
     return Arming(
         before.throttle_seen_released or (controls.throttle_reported and controls.throttle <= limit),
         before.brake_seen_released or (controls.brake_reported and controls.brake <= limit),
+        controls.wheel_reported,
     )
 
 

@@ -19,6 +19,7 @@ class Told:
 
     operator: str
     device: str
+    device_note: str
     lease: Lease
     controls: Controls
     armed: bool
@@ -35,6 +36,7 @@ def operator_status(told: Told, now_ns: int) -> OperatorStatus:
         stamp_ns=now_ns,
         operator=told.operator,
         device=told.device,
+        device_note=told.device_note[:2000],
         lease_epoch=told.lease.epoch,
         lease_note=told.lease.note[:2000],
         dead_man=told.controls.dead_man,
@@ -66,6 +68,7 @@ def worth_telling(told: Told) -> tuple[object, ...]:
     """Changes of this are told at once, everything else at 20 Hz."""
     return (
         told.device,
+        told.device_note,
         told.lease.epoch,
         told.lease.note,
         told.controls.dead_man,

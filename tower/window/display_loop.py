@@ -18,6 +18,7 @@ from tower.window.replay_mark import ReplayMark
 from tower.window.sights import Sights
 from tower.window.snapshot import Choice, SnapshotWriter, choose
 from tower.window.sounds import Player
+from tower.window.sticks import Hands
 from tower.window.view_model import view_model
 from tower.window.views import ViewModel
 from wire.clock import Clock
@@ -67,6 +68,7 @@ class Display(Protocol):
     def has_display(self) -> bool: ...
     def presses(self) -> tuple[Control, ...]: ...
     def held(self) -> frozenset[Control]: ...
+    def sticks(self) -> tuple[Hands, ...]: ...
     def show_full(self, full_screen: bool) -> None: ...
     def flip(self) -> None: ...
 
@@ -126,7 +128,13 @@ class DisplayLoop:
         if not presses and now_ns - self._input.stamp_ns < _INPUT_NS:
             return
         self._input = next_input(
-            self._screen.held(), presses, self._input, focus=self._screen.focus, standing=self._is_standing(now_ns), now_ns=now_ns
+            self._screen.held(),
+            presses,
+            self._input,
+            focus=self._screen.focus,
+            standing=self._is_standing(now_ns),
+            now_ns=now_ns,
+            sticks=self._screen.sticks(),
         )
         self._keys = next_window_keys(presses, self._keys, now_ns)
         self._screen.show_full(self._keys.full_screen)

@@ -1,4 +1,4 @@
-"""Keyboard -> OperatorInput, by level. Pure: held controls, presses since the last call and the previous input go in.
+"""Keyboard and gamepad -> OperatorInput, by level. Pure: held controls, presses since the last call, the previous input go in.
 
 Without focus everything is released and no press counts. Ratios are the bare levels of the keys: steering and pedal curves
 live in the cockpit. The bindings are the one table that the key help and the pygame codes come from.
@@ -6,39 +6,18 @@ live in the cockpit. The bindings are the one table that the key help and the py
 
 from collections.abc import Iterable, Set
 from dataclasses import dataclass
-from enum import StrEnum
 
 import msgspec
 
-from wire.messages.base import Gear, Indicators, Lights, Wipers
+from tower.devices.switches import Control, changes
+from tower.window.sticks import Hands, in_use, of_keys, touches, without_focus
+from wire.messages.base import Gear, Indicators
 from wire.messages.operating import OperatorInput
+
+__all__ = ["BINDINGS", "Binding", "Control", "WindowKeys", "next_input", "next_window_keys", "released"]
 
 SHIFT_BELOW_M_S = 0.3  # architecture: gears change below it
 QUIT_WITHIN_NS = 2_000_000_000  # ours: a second Esc within it quits
-
-
-class Control(StrEnum):
-    STEER_LEFT = "steer left"
-    STEER_RIGHT = "steer right"
-    THROTTLE = "throttle"
-    BRAKE = "brake"
-    DEAD_MAN = "dead-man: hold to drive"
-    ACCEPT = "take over"
-    HAND_BACK = "hand back to the car"
-    RETURN = "drive again, within the guard"
-    STOP = "STOP"
-    CLEAR = "clear a stop"
-    ENGAGE = "let the car drive"
-    LEFT = "indicate left"
-    RIGHT = "indicate right"
-    HAZARD = "hazard lights"
-    HORN = "horn"
-    LIGHTS = "lights: low, high, off"
-    WIPERS = "wipers: off, slow, fast"
-    GEAR = "gear, at standstill"
-    HELP = "these keys"
-    FULL_SCREEN = "full screen"
-    QUIT = "quit, asks first"
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,21 +51,6 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(Control.QUIT, "Esc", ("escape",)),
 )
 
-_DRIVING = frozenset({Control.STEER_LEFT, Control.STEER_RIGHT, Control.THROTTLE, Control.BRAKE, Control.DEAD_MAN})
-_COUNTERS = {
-    Control.ACCEPT: "accept_presses",
-    Control.HAND_BACK: "hand_back_presses",
-    Control.RETURN: "return_presses",
-    Control.STOP: "stop_presses",
-    Control.CLEAR: "clear_presses",
-    Control.ENGAGE: "engage_presses",
-}
-_NEXT_GEAR = {Gear.DRIVE: Gear.REVERSE, Gear.REVERSE: Gear.NEUTRAL, Gear.NEUTRAL: Gear.PARK, Gear.PARK: Gear.DRIVE}
-
-
-_NEXT_LIGHTS = {Lights.LOW: Lights.HIGH, Lights.HIGH: Lights.OFF, Lights.OFF: Lights.LOW}
-_NEXT_WIPERS = {Wipers.OFF: Wipers.SLOW, Wipers.SLOW: Wipers.FAST, Wipers.FAST: Wipers.OFF}
-
 
 def released(now_ns: int) -> OperatorInput:
     """The input at start: nothing held, nothing pressed, gear in drive."""
@@ -114,16 +78,27 @@ def released(now_ns: int) -> OperatorInput:
 
 
 def next_input(
-    held: Set[Control], presses: Iterable[Control], previous: OperatorInput, *, focus: bool, standing: bool, now_ns: int
+    held: Set[Control],
+    presses: Iterable[Control],
+    previous: OperatorInput,
+    *,
+    focus: bool,
+    standing: bool,
+    now_ns: int,
+    sticks: Iterable[Hands] = (),
 ) -> OperatorInput:
     """The next input to publish.
 
-    held      controls that are down now
-    presses   key-down edges since the last call, in order
+    held      keys that are down now
+    presses   edges of keys and buttons since the last call, in order: they count on every device, so STOP is never out of reach
     standing  the car is known to be slower than 0.3 m/s: the gear may change
     now_ns    tower clock
+    sticks    gamepads and wheels that are plugged in
     """
-    down = held if focus else frozenset()
+    sticks = tuple(sticks)
+    now = in_use(of_keys(held), sticks, previous)
+    if not focus:
+        now = without_focus(now)
     latched = previous
     for press in presses if focus else ():
         latched = _press(latched, press, standing)
@@ -132,37 +107,23 @@ def next_input(
         stamp_ns=now_ns,
         sequence=previous.sequence + 1,
         focus=focus,
-        touched=previous.touched or bool(down & _DRIVING),
-        steer=float((Control.STEER_LEFT in down) - (Control.STEER_RIGHT in down)),
-        throttle=float(Control.THROTTLE in down),
-        brake=float(Control.BRAKE in down),
-        dead_man=Control.DEAD_MAN in down,
-        horn=Control.HORN in down,
+        device=now.device,
+        kind=now.kind,
+        touched=previous.touched or now.touched,
+        touches=touches(now, previous),
+        unplugged=now.unplugged,
+        pedals_reported=now.reported,
+        steer=now.steer,
+        steering_wheel_angle_rad=now.angle_rad,
+        throttle=now.throttle,
+        brake=now.brake,
+        dead_man=now.dead_man,
+        horn=now.horn or (focus and any(hands.horn for hands in (of_keys(held), *sticks))),
     )
 
 
 def _press(latched: OperatorInput, press: Control, standing: bool) -> OperatorInput:
-    replace = msgspec.structs.replace
-    if press in _COUNTERS:
-        name = _COUNTERS[press]
-        return replace(latched, **{name: getattr(latched, name) + 1})
-    if press is Control.LEFT:
-        return replace(latched, indicators=_toggled(latched.indicators, Indicators.LEFT))
-    if press is Control.RIGHT:
-        return replace(latched, indicators=_toggled(latched.indicators, Indicators.RIGHT))
-    if press is Control.HAZARD:
-        return replace(latched, hazard=not latched.hazard)
-    if press is Control.LIGHTS:
-        return replace(latched, lights=_NEXT_LIGHTS[latched.lights])
-    if press is Control.WIPERS:
-        return replace(latched, wipers=_NEXT_WIPERS[latched.wipers])
-    if press is Control.GEAR and standing:
-        return replace(latched, gear=_NEXT_GEAR[latched.gear])
-    return latched
-
-
-def _toggled(now: Indicators, wanted: Indicators) -> Indicators:
-    return Indicators.OFF if now is wanted else wanted
+    return msgspec.structs.replace(latched, **changes(latched, press, standing))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The one outside thing of the window: pygame's display and keyboard. Says what is held and pressed; decides nothing."""
+"""The one outside thing of the window: pygame's display, keyboard and gamepads. Says what is held and pressed; decides nothing."""
 
 import os
 import sys
@@ -6,8 +6,11 @@ from types import TracebackType
 
 import pygame
 
+from tower.devices.store import Saved
+from tower.window.joysticks import Joysticks
 from tower.window.keys import BINDINGS, Control
 from tower.window.settings import WindowSettings
+from tower.window.sticks import Hands
 from wire.configuration import ConfigurationError
 
 TITLE = "Remote Operation Tower"
@@ -21,16 +24,19 @@ class ScreenError(ConfigurationError):
 class Screen:
     """`with Screen(settings) as screen:` - without a display the window is drawn all the same, into memory."""
 
-    def __init__(self, settings: WindowSettings) -> None:
+    def __init__(self, settings: WindowSettings, saved: Saved | None = None) -> None:
+        """saved: calibrated devices"""
         self._size = (settings.width_px, settings.height_px)
         self._full_screen = settings.full_screen
         self._codes: dict[int, Control] = {}
+        self._joysticks = Joysticks(saved or {})
 
     def __enter__(self) -> "Screen":
         if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in _DISPLAYS):
             os.environ["SDL_VIDEODRIVER"] = "dummy"
         try:
             pygame.display.init()
+            self._joysticks.open()
             self._open()
         except pygame.error as error:
             raise ScreenError(f"cannot open a window: {error}; set DISPLAY, or unset it to draw without a screen") from None
@@ -39,6 +45,7 @@ class Screen:
         return self
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self._joysticks.close()
         pygame.mixer.quit()
         pygame.display.quit()
 
@@ -62,14 +69,20 @@ class Screen:
         return bool(pygame.key.get_focused())
 
     def presses(self) -> tuple[Control, ...]:
-        """Key-down edges since the last call, in order; closing the window counts as Esc. Repeats are no edges."""
+        """Edges of keys, then of buttons, since the last call, in order; closing the window counts as Esc. Repeats are no edges."""
         pressed = []
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
                 pressed.append(Control.QUIT)
             elif event.type == pygame.KEYDOWN and event.key in self._codes:
                 pressed.append(self._codes[event.key])
-        return tuple(pressed)
+            else:
+                self._joysticks.hear(event)
+        return (*pressed, *self._joysticks.take_presses())
+
+    def sticks(self) -> tuple[Hands, ...]:
+        """Gamepads and wheels that are plugged in, as of the last `presses`."""
+        return self._joysticks.hands
 
     def held(self) -> frozenset[Control]:
         down = pygame.key.get_pressed()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cv2
 
+from tower.devices import store
 from tower.settings import TowerSettings
 from tower.video.receiver import VideoReceiver
 from tower.window.display_loop import DisplayLoop
@@ -37,7 +38,7 @@ def run(config: Path, stop: threading.Event) -> int:
     cv2.setNumThreads(1)  # a window must not take the cores of the control loops beside it
     with (
         open_link(wire.link, Role.WINDOW, clock, stop) as link,
-        Screen(settings) as screen,
+        Screen(settings, store.load(store.folder())) as screen,
         VideoReceiver(link, clock, (settings.camera,)) as video,
         SnapshotWriter(_snapshot_path(wire, settings)) as writer,
         Pace(_LOOK_S, clock, stop) as pace,

@@ -1,0 +1,90 @@
+"""Looks once a second for wheels that were plugged in, opens them, and hands them to the cockpit's loop. One thread, Linux only.
+
+Looks in sysfs; opens only what is a wheel it knows or one that was calibrated. Where there is no evdev it finds nothing.
+"""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from haptics.force_feedback import ForceFeedbackSettings
+from tower.cockpit.wheel import WheelDevice
+from tower.devices.force_feedback import ForceFeedback
+from tower.devices.found import SYSFS, Node, has_evdev, nodes
+from tower.devices.known import KNOWN, XBOX_MODE, Ends, through_evdev
+from tower.devices.profile import EVDEV, Profile, half_range_rad
+from tower.devices.store import Saved
+
+LOOK_S = 1.0
+Open = Callable[[Node], WheelDevice]
+
+
+def wanted_nodes(seen: tuple[Node, ...], saved: Saved) -> tuple[Node, ...]:
+    """Those of the devices that are steering wheels of ours: known or calibrated, with an axis at all."""
+    return tuple(node for node in seen if node.axes and (node.id in KNOWN or (node.id, EVDEV) in saved))
+
+
+def profile_for(node: Node, saved: Saved, ends: Mapping[int, Ends]) -> Profile:
+    """What was saved for this device, or else the table's entry with the ends that the device names."""
+    return saved.get((node.id, EVDEV)) or through_evdev(KNOWN[node.id], ends)
+
+
+def opened(node: Node, saved: Saved, settings: ForceFeedbackSettings) -> WheelDevice:
+    """Raises OSError."""
+    from tower.devices.evdev_wheel import EvdevWheel
+
+    wheel = EvdevWheel(node.path)
+    profile = profile_for(node, saved, wheel.ends)
+    can = wheel.abilities(half_range_rad(profile.steering))
+    feels = profile.force_sign != 0 and (can.constant or can.spring)
+    return WheelDevice(profile, wheel, can, ForceFeedback(node.path, profile.force_sign, settings) if feels else None)
+
+
+class Finder:
+    """`with Finder(...) as finder:`; `arrived` and `note` are read by the cockpit's loop and never wait."""
+
+    def __init__(self, saved: Saved, open_: Open, root: Path = SYSFS) -> None:
+        self.arrived: deque[WheelDevice] = deque()
+        self.note = ""  # what keeps a wheel that is there from being used
+        self._saved, self._open, self._root = saved, open_, root
+        self._devices: dict[str, WheelDevice] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="wheel finder", daemon=True)
+
+    def __enter__(self) -> "Finder":
+        if has_evdev():
+            self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(2 * LOOK_S)
+        for device in self._devices.values():
+            if not device.unplugged:
+                device.close()
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            self.look()
+            self._stop.wait(LOOK_S)
+
+    def look(self) -> None:
+        """Once: open what has come, forget what has gone."""
+        seen, note = nodes(self._root), ""
+        for node in wanted_nodes(seen, self._saved):
+            known = self._devices.get(node.path)
+            if known is not None and not known.unplugged:
+                continue
+            try:
+                device = self._open(node)
+            except PermissionError:
+                note = f"{node.name}: no permission for {node.path}; install the udev rule and plug it in again"
+            except OSError as error:
+                note = f"{node.name}: {node.path}: {error.strerror}"
+            else:
+                self._devices[node.path] = device
+                self.arrived.append(device)
+        asleep = next((XBOX_MODE[node.id] for node in seen if node.id in XBOX_MODE), "")
+        self.note = note or asleep
