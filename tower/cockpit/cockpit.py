@@ -173,14 +173,14 @@ class Cockpit:
         self._arm(status)
         inputs = self._wheel_inputs(view, status, now_ns)
         self._turn(inputs, dt_s, now_ns)
-        self._desk.feel(inputs, law(self._wheel, inputs, now_ns, self._wheel_limits), dt_s, now_ns)
         self._ask(pressed, status, now_ns)
         return alignment.alignment_error_rad(inputs)
 
     def _turn(self, inputs: WheelInputs, dt_s: float, now_ns: int) -> None:
-        """One step of the wheel's phase and torque, and its record."""
+        """One step of the wheel's phase and torque, its record, and the forces of a real wheel."""
         before, self._wheel = self._wheel, alignment.step(self._wheel, inputs, now_ns, dt_s, self._wheel_limits)
         self._torque_log.add(before, inputs, now_ns, dt_s, self._wheel)
+        self._desk.feel(inputs, law(self._wheel, inputs, now_ns, self._wheel_limits), dt_s, now_ns)
 
     def _newly_pressed(self, view: View) -> frozenset[str]:
         window = window_presses(view.operator_input.message) if view.operator_input is not None else None
