@@ -6,7 +6,7 @@ Source: linux/input.h: coefficients and centre are s16, saturations u16; a const
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from haptics.force_feedback import Abilities, Effects
 
@@ -64,8 +64,3 @@ def _is_worth_it(name: str, sent: Words | None, wanted: Words) -> bool:
     ends = not any(wanted) or any((before == 0) != (after == 0) for before, after in zip(sent, wanted, strict=True))
     steps = zip(sent, wanted, _WORTH[name], strict=True)
     return ends or any(abs(before - after) >= worth for before, after, worth in steps)
-
-
-def forgotten(state: Uploads) -> Uploads:
-    """The wheel has lost its effects: everything is to be uploaded again."""
-    return replace(state, sent={})
