@@ -57,6 +57,7 @@ class Joysticks:
 
     def close(self) -> None:
         self._opened.clear()
+        self._controller.quit()
         pygame.joystick.quit()
 
     def hear(self, event: pygame.event.Event) -> None:
@@ -93,7 +94,9 @@ class Joysticks:
             return through_sdl(KNOWN[who])
         if not self._controller.is_controller(index):
             return None
-        mapping: Mapping[str, str] = self._controller.Controller(index).get_mapping()
+        known = self._controller.Controller(index)
+        mapping: Mapping[str, str] = known.get_mapping()
+        known.quit()  # pygame 2.6 crashes over one that is still open when the joysticks are closed
         return profile_of(mapping, joystick.get_name(), who)
 
     def _read(self, opened: Opened, event: pygame.event.Event) -> None:
