@@ -12,7 +12,7 @@ from tower.window.views import CardView, Step, Tone
 from wire.configuration import read_sections, shipped
 from wire.messages.vehicle import VehicleDescription
 
-PARTS = ("tab", "subtitle", "card", "operator", "link", "dial", "controls", "map")
+PARTS = ("tab", "subtitle", "card", "operator", "link", "dial", "controls", "map", "briefing")
 SIZES = st.tuples(st.integers(320, 4000), st.integers(180, 3000))
 
 

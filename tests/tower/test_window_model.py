@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import clean, fit, width, wrap
+from tower.window.forecast import Forecast
 from tower.window.hud import Hud
 from tower.window.keys import WindowKeys
 from tower.window.looks import LOOKS, NO_LINK, WAITING, Driver
@@ -20,6 +21,7 @@ from tower.window.view_model import view_model
 from tower.window.views import Tone
 from wire.latest import Received
 from wire.messages.automation import AutonomyStatus, Doubt, Reason, RoadMap, Scene, TakeoverRequest
+from wire.messages.base import Gear
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
 
@@ -256,11 +258,37 @@ def test_a_frozen_picture_says_so_with_its_age() -> None:
 
 
 @pytest.mark.parametrize("mode", list(Mode))
+def test_a_briefing_is_given_before_a_take_over_and_never_to_one_who_drives(mode: Mode) -> None:
+    promised = Forecast(expected_ms=110, worst_ms=250, seconds=60, first_m_s=3.33, cap_m_s=6.67)
+    reaching = view_model(sights(status(mode, request=REQUEST), forecast=promised)).briefing
+    idle = view_model(sights(status(mode, request=REQUEST), forecast=promised, operator=heard(operator(dead_man=False)))).briefing
+    assert (idle is not None) is (mode is Mode.TAKEOVER_REQUESTED)
+    assert (reaching is not None) is (mode in (Mode.TAKEOVER_REQUESTED, Mode.STANDBY, Mode.AUTONOMOUS, Mode.STOPPED))
+    if reaching is not None:
+        assert [(figure.text, figure.tone) for figure in reaching.figures] == [
+            ("D", Tone.GOOD),
+            ("110 ms, at worst 250", Tone.WARN),
+            ("12, then 24 km/h", Tone.WARN),
+        ]
+
+
+def test_a_briefing_names_a_gear_that_would_change_and_a_link_that_would_stop_the_car() -> None:
+    promised = Forecast(expected_ms=400, worst_ms=900, seconds=60, first_m_s=0.9, cap_m_s=1.9)
+    asking = status(Mode.TAKEOVER_REQUESTED, request=REQUEST)
+    said = view_model(sights(asking, forecast=promised, operator=heard(operator(gear=Gear.REVERSE)))).briefing
+    assert said is not None
+    assert (said.figures[0].text, said.figures[0].tone) == ("D, yours R", Tone.WARN)
+    assert said.figures[1].tone is Tone.BAD
+    unknown = view_model(sights(asking)).briefing
+    assert unknown is not None and unknown.figures[1].text == "not known yet"
+
+
+@pytest.mark.parametrize("mode", list(Mode))
 def test_a_lost_focus_is_said_when_the_window_reads_the_device(mode: Mode) -> None:
     """On the card while the operator's controls count, as a toast otherwise; a wheel needs no focus."""
     steered = mode in (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
     for device in ("keyboard", "gamepad"):
-        model = view_model(sights(status(mode), focus=False, operator=heard(operator(device=device))))
+        model = view_model(sights(status(mode), focus=False, window_device=device, operator=heard(operator(device=device))))
         assert ("no focus" in model.toast) is not steered
         assert (model.card is not None and model.card.title == "CONTROLS RELEASED") is steered
     scripted = view_model(sights(status(mode), focus=False, operator=heard(operator(device="scripted"))))

@@ -14,7 +14,6 @@ GUARD_S = 10.0  # architecture: after a hand-back the operator guards for 10 s; 
 _STOPPING = (Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP)
 UNFOCUSED = "CONTROLS RELEASED"
 _STEERED = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
-_WINDOW_DEVICES = ("keyboard", "gamepad")  # read by the window, so they need its focus
 _ALIGNED = ("ready", "active")  # phases of the wheel in which it fits the car's angle
 
 
@@ -32,7 +31,7 @@ def card(sights: Sights) -> CardView | None:
 def focus_is_missed(sights: Sights) -> bool:
     """The window has lost the focus, and what it would read from the operator counts as released."""
     operator = sights.fresh_operator
-    return not sights.focus and operator is not None and operator.device.startswith(_WINDOW_DEVICES)
+    return not sights.focus and operator is not None and operator.device == sights.window_device
 
 
 def _unfocused(sights: Sights, mode: Mode | None) -> CardView | None:

@@ -10,12 +10,15 @@ import pygame
 from tower.window.age_history import Sample, add
 from tower.window.course import Motion, remember
 from tower.window.drive_log import DriveLog
+from tower.window.forecast import Minute, forecast
+from tower.window.forecast import add as add_second
 from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, next_input, next_window_keys, released
 from tower.window.looks import known_mode
 from tower.window.picture_age import PictureSeen, PictureState, age_ns, see
 from tower.window.replay_mark import ReplayMark
-from tower.window.sights import Sights
+from tower.window.replay_ring import ReplayRing
+from tower.window.sights import OPERATOR_STALE_NS, Sights
 from tower.window.snapshot import Choice, SnapshotWriter, choose
 from tower.window.sounds import Player
 from tower.window.sticks import Hands
@@ -104,6 +107,8 @@ class DisplayLoop:
         self._picture: PictureSeen | None = None
         self._history: tuple[Sample, ...] = ()
         self._motions: tuple[Motion, ...] = ()
+        self._minute = Minute()
+        self._replay = ReplayRing()
         self._heard_ns: dict[str, int] = {}
         self._drawn_ns = self._shown_capture_ns = 0
         self._bars = 0  # of link quality, as shown last
@@ -115,6 +120,8 @@ class DisplayLoop:
         self._read_keys(now_ns)
         frame = self._video.newest(self._camera)
         is_new = frame is not None and frame.capture_ns != self._shown_capture_ns
+        if frame is not None and is_new:
+            self._replay.keep(frame.image, now_ns)
         self._picture = see(self._picture, frame.capture_ns if frame is not None else None, now_ns)
         self._learn(now_ns)
         if is_new or now_ns - self._drawn_ns >= _REDRAW_NS:
@@ -161,12 +168,22 @@ class DisplayLoop:
                 self._log.add_loop_age(said)
                 loop_ms = round(said.loop_age_ms)
         age = age_ns(self._picture, now_ns, self._offset_ns())
+        self._minute = add_second(self._minute, self._loop_to_expect_ms(age, now_ns), now_ns)
+        self._replay.follow(mode is Mode.TAKEOVER_REQUESTED, now_ns)
         self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns, self._bars)
 
     def _is_news(self, name: str, received_ns: int) -> bool:
         news = self._heard_ns.get(name) != received_ns
         self._heard_ns[name] = received_ns
         return news
+
+    def _loop_to_expect_ms(self, age: int | None, now_ns: int) -> float | None:
+        """Of a command given now: the picture's age on the car's clock, and half a round trip."""
+        operator = self._levels["operator_status"].get()
+        if age is None or operator is None or now_ns - operator.received_ns > OPERATOR_STALE_NS:
+            return None
+        said = operator.message
+        return age / 1e6 + said.round_trip_ms / 2 if said.clock_bound_ns > 0 else None
 
     def _offset_ns(self) -> int | None:
         operator = self._levels["operator_status"].get()
@@ -194,6 +211,9 @@ class DisplayLoop:
             picture=self._picture,
             history=self._history,
             motions=self._motions,
+            forecast=forecast(self._minute, description.message.speed_max_remote_m_s) if description is not None else None,
+            replay=self._replay.frame(now_ns),
+            window_device=self._input.device,
             camera=self._camera,
             log=self._log,
             road_map=road_map.message if road_map is not None else None,

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pygame
 
 from tower.window.banner import draw_subtitle, draw_tab
+from tower.window.briefing_view import briefing_height, draw_briefing
 from tower.window.card_view import card_height, draw_card
 from tower.window.controls_bar import draw_controls
 from tower.window.dial import draw_dial
@@ -104,6 +105,10 @@ class Hud:
             self._blit(surface, "card", box, model.card, draw_card)
         else:
             self._blit(surface, "subtitle", at.subtitle, model.banner, draw_subtitle)
+        if model.briefing is not None and model.end is None:
+            wide = at.briefing.w / at.scale
+            box = at.briefing._replace(h=max(1, round(briefing_height(model.briefing, wide) * at.scale)))
+            self._blit(surface, "briefing", box, model.briefing, draw_briefing)
         if model.help_open:
             self._blit(surface, "help", at.help, None, lambda ink, _: draw_help(ink))
         if model.toast:

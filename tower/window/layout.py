@@ -39,6 +39,7 @@ class Layout:
     dial: Box
     controls: Box
     map: Box
+    briefing: Box
     help: Box
     toast: Box
     end: Box
@@ -68,6 +69,7 @@ def layout(width_px: int, height_px: int, picture_shape: tuple[int, int] = (1280
         dial=box(MARGIN, low - 214, 248, 214),
         controls=box(middle - 220, low - 92, 440, 92),
         map=box(wide - MARGIN - 248, low - 214, 248, 214),
+        briefing=box(MARGIN, MARGIN + 178, 262, 254),
         help=box(MARGIN, MARGIN, 322, 448),
         toast=box(middle - 340, low - 92 - 48, 680, 40),
         end=box(middle - 290, high / 2 - 202, 580, 404),

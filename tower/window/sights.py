@@ -6,8 +6,10 @@ from typing import TypeVar
 from tower.window.age_history import Sample
 from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
+from tower.window.forecast import Forecast
 from tower.window.keys import WindowKeys
 from tower.window.picture_age import PictureSeen
+from tower.window.replay_ring import ReplayFrame
 from wire.latest import Received
 from wire.messages.automation import AutonomyStatus, RoadMap, Scene
 from wire.messages.operating import OperatorStatus
@@ -35,9 +37,12 @@ class Sights:
     camera: str = "front"  # the one the picture is of
     history: tuple[Sample, ...] = ()
     motions: tuple[Motion, ...] = ()  # the car's own measurements of the last moments
+    forecast: Forecast | None = None
+    replay: ReplayFrame | None = None
     log: DriveLog
     keys: WindowKeys = WindowKeys()
     focus: bool = True
+    window_device: str = "keyboard"  # the one that the window reads, by its name
     recording: str = ""  # name of the session's folder
 
     @property

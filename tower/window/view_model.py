@@ -5,6 +5,7 @@ Who drives is taken from the car's gateway_status alone, and only while it is fr
 
 from math import ceil, degrees
 
+from tower.window.briefing import briefing
 from tower.window.card import UNFOCUSED, card, focus_is_missed
 from tower.window.looks import Driver, known_mode, look_at
 from tower.window.picture_age import PictureState, age_ns, picture_state
@@ -50,6 +51,7 @@ def view_model(sights: Sights) -> ViewModel:
         operator=_operator(sights),
         map=_map(sights),
         card=the_card,
+        briefing=briefing(sights),
         end=_end(sights),
         help_open=sights.keys.help_open,
         toast=_toast(sights, picture, the_card),

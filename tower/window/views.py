@@ -10,6 +10,7 @@ from tower.window.course import Strip
 from tower.window.drive_log import Stretch
 from tower.window.looks import Look
 from tower.window.picture_age import PictureState
+from tower.window.replay_ring import ReplayFrame
 from wire.messages.automation import RoadMap, Scene
 from wire.messages.base import Gear, Point
 from wire.messages.vehicle import CameraCalibration, Mode
@@ -70,6 +71,12 @@ class LinkView:
     figures: tuple[Figure, ...]
     samples: tuple[Sample, ...]
     now_ns: int  # of the newest sample
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BriefingView:
+    replay: ReplayFrame | None
+    figures: tuple[Figure, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,6 +160,7 @@ class ViewModel:
     operator: OperatorView
     map: MapView
     card: CardView | None
+    briefing: BriefingView | None
     end: EndView | None
     help_open: bool
     toast: str

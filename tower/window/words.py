@@ -13,7 +13,7 @@ def rule_words(rules: tuple[str, ...]) -> str:
 
 def dead_man_name(device: str) -> str:
     """The named dead-man control of a device (architecture.md, "Failsafe")."""
-    return _DEAD_MAN.get(device, "the paddle")
+    return _DEAD_MAN.get(device.split(" (")[0], "the paddle")  # "gamepad (its name)"
 
 
 def milliseconds(value: float | None) -> str:
