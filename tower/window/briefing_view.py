@@ -43,7 +43,7 @@ def _draw_replay(ink: Ink, frame: ReplayFrame, wide: float) -> None:
     picture = pygame.image.frombuffer(np.ascontiguousarray(image).data, size, "BGRA")
     picture.set_alpha(None)  # a plain copy
     ink.surface.blit(picture, (0, 0))
-    ink.box(0, 0, 154, 27, _REPLAY)
-    ink.text(f"REPLAY −{frame.before_s:.1f} s", 9, 20, 18, _DARK, MEDIUM, room=142)
+    ink.box(0, 0, 160, 27, _REPLAY)
+    ink.text(f"EARLIER −{frame.before_s:.1f} s", 9, 20, 18, _DARK, MEDIUM, room=148)
     ink.box(0, high, wide, _BAR, TRACK)
     ink.box(0, high, wide * frame.share, _BAR, _REPLAY)

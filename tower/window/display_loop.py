@@ -108,7 +108,7 @@ class DisplayLoop:
         self._history: tuple[Sample, ...] = ()
         self._motions: tuple[Motion, ...] = ()
         self._minute = Minute()
-        self._replay = ReplayRing()
+        self._ring = ReplayRing()
         self._heard_ns: dict[str, int] = {}
         self._drawn_ns = self._shown_capture_ns = 0
         self._bars = 0  # of link quality, as shown last
@@ -121,7 +121,7 @@ class DisplayLoop:
         frame = self._video.newest(self._camera)
         is_new = frame is not None and frame.capture_ns != self._shown_capture_ns
         if frame is not None and is_new:
-            self._replay.keep(frame.image, now_ns)
+            self._ring.keep(frame.image, now_ns)
         self._picture = see(self._picture, frame.capture_ns if frame is not None else None, now_ns)
         self._learn(now_ns)
         if is_new or now_ns - self._drawn_ns >= _REDRAW_NS:
@@ -169,7 +169,7 @@ class DisplayLoop:
                 loop_ms = round(said.loop_age_ms)
         age = age_ns(self._picture, now_ns, self._offset_ns())
         self._minute = add_second(self._minute, self._loop_to_expect_ms(age, now_ns), now_ns)
-        self._replay.follow(mode is Mode.TAKEOVER_REQUESTED, now_ns)
+        self._ring.follow(mode is Mode.TAKEOVER_REQUESTED, now_ns)
         self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns, self._bars)
 
     def _is_news(self, name: str, received_ns: int) -> bool:
@@ -212,7 +212,7 @@ class DisplayLoop:
             history=self._history,
             motions=self._motions,
             forecast=forecast(self._minute, description.message.speed_max_remote_m_s) if description is not None else None,
-            replay=self._replay.frame(now_ns),
+            replay=self._ring.frame(now_ns),
             window_device=self._input.device,
             camera=self._camera,
             log=self._log,
