@@ -1,14 +1,18 @@
-# make demo | test | check | faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
+# make demo | test | drives | check | faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check setup faults test-foxglove scenarios bench format clean
+.PHONY: demo test drives check setup faults test-foxglove scenarios bench format clean
 
 demo: setup
 	$(BIN)/tower demo $(ARGS)
 
 test: setup
 	$(BIN)/pytest $(ARGS)
+
+# Whole drives that take a minute and more each; not part of `make test`.
+drives: setup
+	$(BIN)/pytest -m long $(ARGS)
 
 check: setup
 	$(BIN)/ruff check .

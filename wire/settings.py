@@ -5,6 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from wire import endpoint
+from wire.ice import IceSettings
 from wire.messages.base import DurationNs, Message, Name, Text
 
 Address = Annotated[str, Meta(max_length=300)]  # host:port, UDP, or quic/host:port; checked by wire.endpoint
@@ -65,3 +66,4 @@ class WireSettings(Message):
     clock: ClockSettings = ClockSettings()
     session: SessionSettings = SessionSettings()
     pace: PaceSettings = PaceSettings()
+    ice: IceSettings = IceSettings()

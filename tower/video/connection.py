@@ -9,12 +9,22 @@ Tested against aiortc 1.16.0, aioice 0.13.0.
 from collections.abc import Iterator
 from typing import Any
 
-from aiortc import RTCBundlePolicy, RTCConfiguration, RTCPeerConnection, RTCRtpReceiver, RTCSessionDescription
+from aiortc import (
+    RTCBundlePolicy,
+    RTCConfiguration,
+    RTCIceServer,
+    RTCIceTransportPolicy,
+    RTCPeerConnection,
+    RTCRtpReceiver,
+    RTCSessionDescription,
+)
 from aiortc.exceptions import InvalidAccessError, InvalidStateError, OperationError
 from aiortc.jitterbuffer import JitterBuffer
 from aiortc.rtp import RTP_HISTORY_SIZE
 from av import VideoFrame
 from av.sidedata.sidedata import Type
+
+from wire.ice import GATHER_S, Ways
 
 _UNREADABLE = (
     OperationError,
@@ -30,9 +40,15 @@ LOOPBACK = "127.0.0.1"
 _RESENDABLE = RTP_HISTORY_SIZE  # 128 packets: beyond them a hole stays a hole. A picture must be smaller (150 kB)
 
 
-async def receiving_connection(cameras: int) -> RTCPeerConnection:
-    """A connection with its offer as local description, gathered: host candidates only, no server is asked."""
-    connection = RTCPeerConnection(RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE))
+async def receiving_connection(cameras: int, ways: Ways) -> RTCPeerConnection:
+    """A connection with its offer as local description, gathered: without servers, host candidates only."""
+    connection = RTCPeerConnection(
+        RTCConfiguration(
+            iceServers=[RTCIceServer(each.url, each.username or None, each.password or None) for each in ways.servers],
+            bundlePolicy=RTCBundlePolicy.MAX_BUNDLE,
+            iceTransportPolicy=RTCIceTransportPolicy.RELAY if ways.relay_only else RTCIceTransportPolicy.ALL,
+        )
+    )
     capabilities = RTCRtpReceiver.getCapabilities("video")
     codecs = capabilities.codecs if capabilities is not None else []
     for _ in range(cameras):
@@ -40,7 +56,7 @@ async def receiving_connection(cameras: int) -> RTCPeerConnection:
         transceiver.setCodecPreferences([codec for codec in codecs if codec.mimeType in ("video/H264", "video/rtx")])
         receiver: Any = transceiver.receiver
         receiver._RTCRtpReceiver__jitter_buffer = JitterBuffer(capacity=_RESENDABLE, is_video=True)
-    _allow_loopback(connection)
+    _gather_in_time(connection, ways.relay_only)
     await connection.setLocalDescription(await connection.createOffer())
     return connection
 
@@ -54,14 +70,15 @@ async def take_answer(connection: RTCPeerConnection, sdp: str) -> str:
     return ""
 
 
-def _allow_loopback(connection: RTCPeerConnection) -> None:
-    """Where the machine has no network, offer 127.0.0.1, so that both sites on one machine still meet."""
+def _gather_in_time(connection: RTCPeerConnection, relay_only: bool) -> None:
+    """Before gathering: wait a second for a server, not five; where the machine has no network, offer 127.0.0.1."""
     for transceiver in connection.getTransceivers():
         ice: Any = transceiver.receiver.transport.transport.iceGatherer._connection
         gather = ice.get_component_candidates
 
-        async def gather_some(component: int, addresses: list[str], timeout: int = 5, gather: Any = gather) -> Any:
-            return await gather(component=component, addresses=addresses or [LOOPBACK], timeout=timeout)
+        async def gather_some(component: int, addresses: list[str], timeout: float = GATHER_S, gather: Any = gather) -> Any:
+            local = addresses or ([] if relay_only else [LOOPBACK])
+            return await gather(component=component, addresses=local, timeout=timeout)
 
         ice.get_component_candidates = gather_some
 

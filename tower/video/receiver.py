@@ -24,6 +24,7 @@ from tower.video.connection import receiving_connection, take_answer, user_data
 from tower.video.continuity import Continuity, follow
 from tower.video.reconnect import Session, Step, asked, delivered, next_step
 from wire.clock import Clock
+from wire.ice import DIRECT, Ways
 from wire.loop_thread import loop_in_thread
 from wire.messages.base import Message
 from wire.messages.session import VideoOffer
@@ -63,14 +64,14 @@ class _Decoded:
 class VideoReceiver:
     """`with VideoReceiver(link, clock, cameras) as video: video.newest("front")` - from the window's thread."""
 
-    def __init__(self, link: AskingLink, clock: Clock, cameras: tuple[str, ...]) -> None:
+    def __init__(self, link: AskingLink, clock: Clock, cameras: tuple[str, ...], ways: Ways = DIRECT) -> None:
         self.cameras = cameras
         self.decoded: Counter[str] = Counter()  # pictures, by camera, since start
         self.replaced: Counter[str] = Counter()  # of them, replaced by a newer one before newest() fetched them
         self.withheld: Counter[str] = Counter()  # pictures that missed a part, or carried no stamp
         self.sessions = 0  # answered by the car, since start
         self._newest_ns: int | None = None  # when the newest picture of any camera was decoded
-        self._link, self._clock = link, clock
+        self._link, self._clock, self._ways = link, clock, ways
         self._slots: dict[str, _Decoded] = {}
         self._shown: dict[str, DecodedFrame] = {}
         self._lock = threading.Lock()
@@ -125,7 +126,7 @@ class VideoReceiver:
 
     async def _open(self) -> tuple[RTCPeerConnection | None, Readers]:
         """Offer, ask, take the answer: (connection, a reader per camera), or (None, []) without an answer."""
-        connection = await receiving_connection(len(self.cameras))
+        connection = await receiving_connection(len(self.cameras), self._ways)
         offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=self.cameras)
         answer = await asyncio.get_running_loop().run_in_executor(None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
         refused = "the car did not answer" if answer is None else answer.rule or await take_answer(connection, answer.sdp)

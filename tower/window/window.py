@@ -18,6 +18,7 @@ from tower.window.snapshot import SnapshotWriter
 from tower.window.sounds import Player
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.ice import ways
 from wire.link import open_link
 from wire.pace import Pace
 from wire.settings import WireSettings
@@ -34,12 +35,13 @@ def run(config: Path, stop: threading.Event) -> int:
     """
     sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings})
     wire, settings = sections["wire"], sections["tower"].window
+    servers = ways(wire.ice)
     clock = Clock(wire.clock.tower_offset_ns)
     cv2.setNumThreads(1)  # a window must not take the cores of the control loops beside it
     with (
         open_link(wire.link, Role.WINDOW, clock, stop) as link,
         Screen(settings, store.load(store.folder())) as screen,
-        VideoReceiver(link, clock, (settings.camera,)) as video,
+        VideoReceiver(link, clock, (settings.camera,), servers) as video,
         SnapshotWriter(_snapshot_path(wire, settings)) as writer,
         Pace(_LOOK_S, clock, stop) as pace,
     ):

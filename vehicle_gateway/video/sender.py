@@ -16,6 +16,7 @@ from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
+from wire.ice import DIRECT, Ways
 from wire.loop_thread import loop_in_thread
 from wire.messages.base import Message
 from wire.messages.vehicle import CameraCalibration
@@ -74,6 +75,7 @@ def video_sender(
     sources: Mapping[str, Source],
     settings: VideoSettings,
     clock: Clock,
+    ways: Ways = DIRECT,
 ) -> Iterator[VideoSender]:
     """Start everything; leaving the context stops the threads and closes the session and the sources."""
     halt = threading.Event()
@@ -82,7 +84,7 @@ def video_sender(
             stack.enter_context(source)
         encoders = {calibration.name: Encoder(calibration, settings) for calibration in calibrations}
         loop = stack.enter_context(loop_in_thread("video-session"))
-        sessions = VideoSessions(loop, encoders)
+        sessions = VideoSessions(loop, encoders, ways)
         stack.callback(sessions.close)
         link.serve("video_session", sessions.answer)
         deliver = partial(_deliver, link, sessions)

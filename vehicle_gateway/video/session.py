@@ -12,7 +12,8 @@ from concurrent.futures import TimeoutError as FutureTimeoutError
 from aiortc import RTCPeerConnection, RTCSessionDescription
 from aiortc.exceptions import InvalidAccessError, InvalidStateError, OperationError
 
-from vehicle_gateway.video.track import Feedback, PacketTrack, allow_loopback, new_connection, send_on
+from vehicle_gateway.video.track import Feedback, PacketTrack, gather_in_time, new_connection, send_on
+from wire.ice import DIRECT, Ways
 from wire.messages.session import VideoAnswer, VideoOffer
 from wire.picture import EncodedPicture
 
@@ -37,9 +38,10 @@ class OfferRefused(Exception):
 class VideoSessions:
     """answer() and show() from any thread; everything else happens on `loop`."""
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, feedback: Mapping[str, Feedback]) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop, feedback: Mapping[str, Feedback], ways: Ways = DIRECT) -> None:
         self._loop = loop
         self._feedback = feedback
+        self._ways = ways
         self._one_at_a_time = asyncio.Lock()
         self._connection: RTCPeerConnection | None = None
         self._tracks: dict[str, PacketTrack] = {}
@@ -78,7 +80,7 @@ class VideoSessions:
             unknown = [camera for camera in offer.cameras if camera not in self._feedback]
             if unknown or not offer.cameras:
                 raise OfferRefused(f"unknown cameras {unknown}; this car has {', '.join(self._feedback)}")
-            connection = new_connection()
+            connection = new_connection(self._ways)
             try:
                 tracks = await self._negotiate(connection, offer)
             except BaseException:
@@ -96,7 +98,7 @@ class VideoSessions:
         for transceiver, camera in zip(transceivers, offer.cameras, strict=True):
             tracks[camera] = PacketTrack(self._loop, self._feedback[camera].request_idr)
             send_on(transceiver, tracks[camera], self._feedback[camera])
-        allow_loopback(connection)
+        gather_in_time(connection, self._ways.relay_only)
         await connection.setLocalDescription(await connection.createAnswer())
         return tracks
 

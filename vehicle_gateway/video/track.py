@@ -17,13 +17,14 @@ from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
 
 import av
-from aiortc import MediaStreamTrack, RTCConfiguration, RTCPeerConnection, RTCRtpTransceiver
+from aiortc import MediaStreamTrack, RTCConfiguration, RTCIceServer, RTCIceTransportPolicy, RTCPeerConnection, RTCRtpTransceiver
 from aiortc.mediastreams import MediaStreamError
 from aiortc.rtcrtpsender import RTCRtpSender
 from aiortc.rtp import RTCP_PSFB_APP, RtcpPsfbPacket, RtcpRrPacket, RtcpSrPacket, unpack_remb_fci
 
 from vehicle_gateway.video.backlog import Backlog
 from vehicle_gateway.video.sei import END_OF_SEQUENCE
+from wire.ice import DIRECT, GATHER_S, Ways
 from wire.picture import EncodedPicture
 
 Packet: TypeAlias = "av.Packet[Any]"
@@ -81,9 +82,11 @@ class PacketTrack(MediaStreamTrack):  # aiortc accepts nothing but its own class
         return packet
 
 
-def new_connection() -> RTCPeerConnection:
-    """A peer connection that asks no server: host candidates only. (aiortc's default is a public STUN server.)"""
-    return RTCPeerConnection(RTCConfiguration(iceServers=[]))
+def new_connection(ways: Ways = DIRECT) -> RTCPeerConnection:
+    """A peer connection that asks only the servers given: with none, host candidates only. (aiortc's default is a public one.)"""
+    servers = [RTCIceServer(each.url, each.username or None, each.password or None) for each in ways.servers]
+    policy = RTCIceTransportPolicy.RELAY if ways.relay_only else RTCIceTransportPolicy.ALL
+    return RTCPeerConnection(RTCConfiguration(iceServers=servers, iceTransportPolicy=policy))
 
 
 class Feedback(Protocol):
@@ -130,13 +133,14 @@ def _listen(packet: object, ssrc: int, feedback: Feedback) -> None:
             feedback.note_estimate(estimate_bps)
 
 
-def allow_loopback(connection: RTCPeerConnection) -> None:
-    """Before gathering: where the machine has no network, offer 127.0.0.1; both sites on one machine still meet."""
+def gather_in_time(connection: RTCPeerConnection, relay_only: bool = False) -> None:
+    """Before gathering: wait a second for a server, not five; where the machine has no network, offer 127.0.0.1."""
     for transceiver in connection.getTransceivers():
         ice: Any = transceiver.receiver.transport.transport.iceGatherer._connection
         gather = ice.get_component_candidates
 
-        async def gather_some(component: int, addresses: list[str], timeout: int = 5, gather: Any = gather) -> Any:
-            return await gather(component=component, addresses=addresses or [LOOPBACK], timeout=timeout)
+        async def gather_some(component: int, addresses: list[str], timeout: float = GATHER_S, gather: Any = gather) -> Any:
+            local = addresses or ([] if relay_only else [LOOPBACK])
+            return await gather(component=component, addresses=local, timeout=timeout)
 
         ice.get_component_candidates = gather_some

@@ -17,6 +17,7 @@ from vehicle_gateway.video.simulated import Renderer
 from vehicle_gateway.video.sources import choose_sources, open_sources
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.ice import ways
 from wire.link import open_link
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.road import Road
@@ -37,11 +38,12 @@ def run(config: Path, stop: threading.Event) -> int:
     choices = choose_sources(gateway.video, vehicle)
     renderer = _renderers(gateway.simulation.scenario, vehicle)
     cv2.setNumThreads(1)  # one thread per camera is parallel enough
+    servers = ways(wire.ice)
     clock = Clock()
     with open_link(wire.link, Role.VIDEO, clock, stop) as link:
         sources = open_sources(choices, vehicle, clock, link, renderer)
         log.info("video: %s", ", ".join(f"{name} from {choice.kind}" for name, choice in choices.items()))
-        with video_sender(link, vehicle.cameras, sources, gateway.video, clock) as sender:
+        with video_sender(link, vehicle.cameras, sources, gateway.video, clock, servers) as sender:
             sender.report(stop)
     return 0
 
