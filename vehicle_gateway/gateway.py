@@ -14,7 +14,8 @@ from pathlib import Path
 import msgspec
 
 from vehicle_gateway.can.bus import Bus, open_bus
-from vehicle_gateway.can.codec import encode_command
+from vehicle_gateway.can.codec import codec_of
+from vehicle_gateway.can.layout import read_layouts
 from vehicle_gateway.cycle import step
 from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
 from vehicle_gateway.journal import Entry, Journal
@@ -49,13 +50,14 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     )
     wire: WireSettings = sections["wire"]
     settings: VehicleGatewaySettings = sections["vehicle_gateway"]
+    frames = read_layouts(settings.can.dbc)
     link_settings = override(wire.link, "", connect, listen)
     file = Path(settings.memory) if settings.memory else default_file(wire.link.vehicle_id)
     remembered = recall(file)
     clock = Clock()
     boot_id = secrets.token_hex(8)
     with Memory(file) as memory, open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
-        inbox = Inbox(link, boot_id)
+        inbox = Inbox(link, boot_id, frames)
         with (
             Journal(link, sections["vehicle"], settings.limits) as journal,
             open_bus(settings.can, "vehicle", inbox.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
@@ -79,6 +81,7 @@ class Gateway:
     ) -> None:
         self._link, self._bus, self._inbox, self._memory, self._clock = link, bus, inbox, memory, clock
         self._journal = journal
+        self._codec = codec_of(read_layouts(settings.can.dbc))
         self._vehicle, self._limits = vehicle, settings.limits
         self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
         self._utc_ns = utc_minus_monotonic_ns()
@@ -135,7 +138,7 @@ class Gateway:
         self._publish(before, inputs, outputs, now_ns, sent_ns)
 
     def _send(self, outputs: Outputs) -> None:
-        for frame in encode_command(outputs.applied, outputs.mode, outputs.brake_hold, self._number):
+        for frame in self._codec.encode_command(outputs.applied, outputs.mode, outputs.brake_hold, self._number):
             self._bus.send(frame)
 
     def _answer(self, before: State, outputs: Outputs, lease_replies: list[Reply], hand_over_replies: list[Reply]) -> None:

@@ -2,15 +2,16 @@
 
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from hashlib import sha256
 from typing import TypeVar
 
 import msgspec
 
-from vehicle_gateway.can.codec import FeedbackState, decode
+from vehicle_gateway.can.codec import FeedbackState, codec_of
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.health_codec import HEALTH_IDS, HealthState, decode_health, health_of
+from vehicle_gateway.can.health_codec import HealthState, health_codec_of, health_of
+from vehicle_gateway.can.layout import Layout, layouts
 from vehicle_gateway.lease import CommandGuard, refuse_command
 from vehicle_gateway.state import Inputs
 from wire.latest import EventQueue, Latest, Received
@@ -31,7 +32,9 @@ QUESTIONS_MAX = 32  # waiting at once; a flood is refused and counted
 class Inbox:
     """Everything that arrived since the loop last looked. `wake` is set when a valid command or a question came."""
 
-    def __init__(self, link: Link, boot_id: str) -> None:
+    def __init__(self, link: Link, boot_id: str, frames: Mapping[str, Layout] | None = None) -> None:
+        """frames  of the car's DBC; the shipped one's by default"""
+        self._codec, self._health_codec = codec_of(frames or layouts()), health_codec_of(frames or layouts())
         self.wake = threading.Event()
         self.dropped: Counter[str] = Counter()
         self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
@@ -72,10 +75,10 @@ class Inbox:
             self.key = self.key if new_key is None else new_key
 
     def on_frame(self, frame: Frame, _: int) -> None:
-        if frame.arbitration_id in HEALTH_IDS:
-            self._ecu, reason = decode_health(self._ecu, frame)
+        if self._health_codec is not None and self._health_codec.speaks(frame):
+            self._ecu, reason = self._health_codec.decode(self._ecu, frame)
         else:
-            self._feedback, reason = decode(self._feedback, frame)
+            self._feedback, reason = self._codec.decode(self._feedback, frame)
         if reason:
             self.dropped[reason] += 1
 

@@ -1,4 +1,7 @@
-"""The programs of the car: `vehicle-gateway run|video|simulate|ecu`. Each imports only what it runs."""
+"""The programs of the car: `vehicle-gateway run|video|simulate|ecu`, and `check-config` before it drives.
+
+Each imports only what it runs.
+"""
 
 from importlib import import_module
 from pathlib import Path
@@ -55,6 +58,14 @@ def simulate(config: Config = DEFAULT) -> None:
 def ecu(config: Config = DEFAULT) -> None:
     """The simulated drive-by-wire ECU on the far side of CAN."""
     _start("vehicle_gateway.simulation.ecu", config)
+
+
+@application.command("check-config")
+def check_config(config: Config = DEFAULT) -> None:
+    """Prove a configuration consistent, and say how to mend what is not. Starts nothing."""
+    from vehicle_gateway.check.program import run as run_check
+
+    raise typer.Exit(run_until_stopped(lambda path, _: run_check(path), config))
 
 
 def main() -> None:

@@ -13,10 +13,10 @@ from typing import NamedTuple
 from autonomy.car_shape import CarShape
 from autonomy.localization.ekf import Pose
 from autonomy.planning.route import curvature_at_1_m
+from wire.messages.automation import STOPPING_CORRIDOR_M
 from wire.messages.base import Point
 from wire.road import Road, wrap_angle
 
-LENGTH_M = 30.0  # a stop from 30 km/h with 1.5 m/s2 takes 23 m
 STEP_M = 1.0
 CURVATURE_MAX_1_M = 0.15  # 0.38 rad at the road wheels of the simulated car
 SIDE_M = 0.15  # free between the car and the road's edge or a thing
@@ -60,7 +60,7 @@ def stopping_corridor(
     never leaves it here; one between the lanes may come to rest in either.
     """
     bend = tan(road_wheel_angle_rad) / shape.wheelbase_m
-    near = [thing for thing in things if hypot(thing.x_m - pose.x_m, thing.y_m - pose.y_m) < LENGTH_M + 8.0]
+    near = [thing for thing in things if hypot(thing.x_m - pose.x_m, thing.y_m - pose.y_m) < STOPPING_CORRIDOR_M + 8.0]
     followed = _line_followed(road.to_road(pose.x_m, pose.y_m, near_station_m).offset_m, road, shape)
     enough = pose.speed_m_s**2 / (2 * GENTLE_STOP_M_S2) + pose.speed_m_s + 3.0
     half_lane = road.map.lane_width_m / 2
@@ -81,7 +81,7 @@ def _checked_path(
     """One path up to the last place at which the whole car stands free."""
     place = _Place(pose.x_m, pose.y_m, pose.heading_rad)
     points: list[Point] = []
-    for i in range(int(LENGTH_M / STEP_M) + 1):
+    for i in range(int(STOPPING_CORRIDOR_M / STEP_M) + 1):
         at = road.to_road(place.x_m, place.y_m, near_station_m)
         angle = wrap_angle(place.heading_rad - at.heading_rad)
         if not _free(place, at.offset_m, angle, road, shape, things):

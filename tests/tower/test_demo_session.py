@@ -54,6 +54,12 @@ def test_what_the_user_got_wrong_is_told_before_anything_is_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("scenario", ["", "short"])
+def test_a_car_that_is_really_there_is_not_for_the_demo_whatever_scenario_is_named(scenario):
+    with pytest.raises(ConfigurationError, match=r"the demo drives a simulated one; leave --config out, .* tower drive --config"):
+        choose(shipped("example_car.toml"), scenario, "")
+
+
 def test_every_shipped_scenario_is_found_by_its_name_and_by_its_path():
     for path in shipped("scenarios").glob("*.toml"):
         assert find_scenario(path.stem) == find_scenario(str(path)) == path.resolve()

@@ -9,10 +9,21 @@ from hypothesis import strategies as st
 
 from vehicle_gateway.can import actuator_codec, codec, ecu_codec
 from vehicle_gateway.can.actuator_codec import Demand, DemandState, PlantReport, PlantState, decode_demand, decode_plant
-from vehicle_gateway.can.codec import GEARS, INDICATORS, LIGHTS, MODES, WIPERS, Feedback, FeedbackState, decode, encode_command
+from vehicle_gateway.can.codec import (
+    GEARS,
+    INDICATORS,
+    LIGHTS,
+    MODES,
+    WIPERS,
+    Feedback,
+    FeedbackState,
+    codec_of,
+    decode,
+    encode_command,
+)
 from vehicle_gateway.can.ecu_codec import CommandState, Controls, Motion, decode_command
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.layout import PROTECTION, layouts
+from vehicle_gateway.can.layout import PROTECTION, layouts, read_layouts
 from wire.configuration import shipped
 from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
 from wire.messages.vehicle import Actuation, Mode
@@ -318,3 +329,32 @@ def test_no_payload_whatever_raises(name, payload, previous):
     decode_command(replace(CommandState(), counters=counters), frame)
     decode_plant(replace(PlantState(), counters=counters), frame)
     decode_demand(DemandState(counter=previous), frame)
+
+
+def test_another_car_s_dbc_has_its_own_identifiers_places_and_scales_and_is_spoken_by_name(tmp_path):
+    """The same names with ROAD_WHEEL_ANGLE after ACCELERATION, another identifier and a coarser scale."""
+    own = shipped("drive_by_wire.dbc").read_text()
+    for before, after in (
+        ("BO_ 256 ACTUATION_COMMAND", "BO_ 300 ACTUATION_COMMAND"),
+        (" BO_ 256 ", " BO_ 300 "),
+        ("SG_ 256 ", "SG_ 300 "),
+        ("VAL_ 256 ", "VAL_ 300 "),
+        (
+            'SG_ ROAD_WHEEL_ANGLE : 16|16@1- (0.00005,0) [-0.8|0.8] "rad" ECU',
+            'SG_ ROAD_WHEEL_ANGLE : 32|16@1- (0.0001,0) [-0.7|0.7] "rad" ECU',
+        ),
+        ('SG_ ACCELERATION : 32|16@1- (0.001,0) [-10|5] "m/s2" ECU', 'SG_ ACCELERATION : 16|16@1- (0.002,0) [-10|5] "m/s2" ECU'),
+    ):
+        assert before in own, before
+        own = own.replace(before, after)
+    file = tmp_path / "car.dbc"
+    file.write_text(own)
+    theirs = cantools.database.load_file(file)
+    command = codec_of(read_layouts(str(file))).encode_command(
+        Actuation(road_wheel_angle_rad=0.3, acceleration_m_s2=-2.5), Mode.REMOTE, False, 7
+    )[0]
+    values = theirs.decode_message(300, command.data, decode_choices=False)
+    assert command.arbitration_id == 300
+    assert (values["ROAD_WHEEL_ANGLE"], values["ACCELERATION"]) == (pytest.approx(0.3), pytest.approx(-2.5))
+    assert (values["MODE"], values["COUNTER"]) == (MODES.index(Mode.REMOTE), 7)
+    assert layouts()["ACTUATION_COMMAND"].arbitration_id == 256, "the shipped one is what it was"

@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from vehicle_gateway.can.codec import FeedbackState, decode
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.health_codec import HEALTH_IDS, HealthState, decode_health, encode_health, health_of
+from vehicle_gateway.can.health_codec import SHIPPED, HealthState, health_codec_of, health_of
+from vehicle_gateway.can.layout import layouts
 from wire.messages.base import decoder, encode
 from wire.messages.health import LoopHealth
 
@@ -29,8 +30,8 @@ def health(cycles=500, late=2, p50_ms=0.1, worst_ms=12.3, scheduling="fifo 10", 
 
 def received(told, counter=1, state=None):
     state = state or HealthState()
-    for frame in encode_health(told, counter):
-        state, reason = decode_health(state, frame)
+    for frame in SHIPPED.encode(told, counter):
+        state, reason = SHIPPED.decode(state, frame)
         assert reason == ""
     return state
 
@@ -59,10 +60,10 @@ def test_scheduling_that_was_refused_is_told_as_other():
 
 
 def test_a_report_is_complete_only_with_both_frames():
-    loop, load = encode_health(health(), 1)
-    state, _ = decode_health(HealthState(), load)
+    loop, load = SHIPPED.encode(health(), 1)
+    state, _ = SHIPPED.decode(HealthState(), load)
     assert state.report is None
-    state, _ = decode_health(state, loop)
+    state, _ = SHIPPED.decode(state, loop)
     assert state.report is None, "a load that came before belongs to an older second"
     assert received(health(), 2, state).report is not None
 
@@ -70,18 +71,22 @@ def test_a_report_is_complete_only_with_both_frames():
 @given(st.integers(0, 7), st.integers(1, 255))
 def test_a_damaged_frame_changes_nothing(at, flip):
     before = received(health())
-    frame = encode_health(health(cycles=600), 2)[0]
+    frame = SHIPPED.encode(health(cycles=600), 2)[0]
     data = bytes(byte ^ (flip if place == at else 0) for place, byte in enumerate(frame.data))
-    state, reason = decode_health(before, Frame(frame.arbitration_id, data))
+    state, reason = SHIPPED.decode(before, Frame(frame.arbitration_id, data))
     assert (state, reason) == (before, "can crc")
 
 
 def test_a_repeated_report_is_not_taken_twice():
     state = received(health())
-    assert decode_health(state, encode_health(health(), 1)[0])[1] == "can counter"
+    assert SHIPPED.decode(state, SHIPPED.encode(health(), 1)[0])[1] == "can counter"
 
 
 def test_health_is_no_feedback_and_never_touches_driving():
-    for frame in encode_health(health(), 1):
-        assert frame.arbitration_id in HEALTH_IDS
+    for frame in SHIPPED.encode(health(), 1):
+        assert SHIPPED.speaks(frame)
         assert decode(FeedbackState(), frame)[0].feedback is None
+
+
+def test_a_car_without_such_frames_has_no_health_and_its_identifiers_are_its_own():
+    assert health_codec_of({name: layout for name, layout in layouts().items() if name != "ECU_LOAD"}) is None

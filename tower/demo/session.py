@@ -37,6 +37,11 @@ def choose(base: Path, scenario: str, front_camera: str) -> dict[str, Any]:
     front_camera  a video file to play as the front camera; "" keeps the base's source
     """
     tables = read_tables(base)
+    if _get(tables, "vehicle_gateway", "simulation").get("scenario") == "":
+        raise ConfigurationError(
+            f"{base}: [vehicle_gateway.simulation] scenario is empty: this is a car that is really there, and the demo drives a "
+            f"simulated one; leave --config out, or drive this car: tower drive --config {base}"
+        )
     read_sections(base, {"wire": WireSettings, "vehicle": VehicleDescription, "tower": TowerSettings, "haptics": HapticsSettings})
     found = find_scenario(scenario or str(_get(tables, "vehicle_gateway", "simulation").get("scenario", "closed_road.toml")))
     _, road_map = read_scenario(found)

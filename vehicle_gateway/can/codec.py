@@ -9,11 +9,9 @@ from dataclasses import dataclass, field, replace
 
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.layout import layouts
+from vehicle_gateway.can.layout import Layout, layouts
 from wire.messages.base import Acceleration, Gear, Indicators, Lights, Message, Rate, Ratio, RoadWheelAngle, Speed, Wipers
 from wire.messages.vehicle import Actuation, Mode
-
-__all__ = ["GEARS", "INDICATORS", "LIGHTS", "MODES", "WIPERS", "Feedback", "FeedbackState", "Frame", "decode", "encode_command"]
 
 # Position in the tuple is the number on the bus (VAL_ of the DBC).
 GEARS = (Gear.PARK, Gear.REVERSE, Gear.NEUTRAL, Gear.DRIVE)
@@ -71,50 +69,59 @@ class FeedbackState:
     local_age: int = 0
 
 
-_LAYOUTS = layouts()
-_COMMAND, _BODY = _LAYOUTS["ACTUATION_COMMAND"], _LAYOUTS["BODY_COMMAND"]
-_FEEDBACK = {
-    layout.arbitration_id: layout
-    for layout in (_LAYOUTS[name] for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
-}
-_COMMAND_IDS = frozenset({_COMMAND.arbitration_id, _BODY.arbitration_id})
+@dataclass(frozen=True, slots=True)
+class Codec:
+    """The vehicle bus by one DBC."""
+
+    command: Layout
+    body: Layout
+    feedback: Mapping[int, Layout]  # by arbitration id
+
+    def encode_command(self, actuation: Actuation, mode: Mode, brake_hold: bool, counter: int) -> tuple[Frame, ...]:
+        """ACTUATION_COMMAND and BODY_COMMAND. Numbers saturate; one that is not finite makes a frame the ECU drops.
+
+        actuation  acceleration in the direction of the gear: positive drives, negative brakes
+        counter    one more with every call, without end; it is sent modulo 15
+        """
+        command = (
+            MODE_NUMBER[mode],
+            actuation.road_wheel_angle_rad,
+            actuation.acceleration_m_s2,
+            GEAR_NUMBER[actuation.gear],
+            brake_hold,
+        )
+        body = (
+            INDICATORS_NUMBER[actuation.indicators],
+            actuation.hazard,
+            actuation.horn,
+            LIGHTS_NUMBER[actuation.lights],
+            WIPERS_NUMBER[actuation.wipers],
+        )
+        return self.command.pack(command, counter), self.body.pack(body, counter)
+
+    def decode(self, state: FeedbackState, frame: Frame) -> tuple[FeedbackState, str]:
+        """The state after one frame from the ECU, and why the frame was dropped ("" when it was not).
+
+        A dropped frame changes nothing but the counter that the next one must follow.
+        """
+        layout = self.feedback.get(frame.arbitration_id)
+        if layout is None:
+            own = frame.arbitration_id in (self.command.arbitration_id, self.body.arbitration_id)
+            return state, "" if own else "can id"
+        values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
+        if reason != "can crc":
+            state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+        return (state, reason) if values is None else (_PUT[layout.name](state, values), "")
 
 
-def encode_command(actuation: Actuation, mode: Mode, brake_hold: bool, counter: int) -> tuple[Frame, ...]:
-    """ACTUATION_COMMAND and BODY_COMMAND. Numbers saturate; one that is not finite makes a frame the ECU drops.
-
-    actuation  acceleration in the direction of the gear: positive drives, negative brakes
-    counter    one more with every call, without end; it is sent modulo 15
-    """
-    command = (
-        MODE_NUMBER[mode],
-        actuation.road_wheel_angle_rad,
-        actuation.acceleration_m_s2,
-        GEAR_NUMBER[actuation.gear],
-        brake_hold,
-    )
-    body = (
-        INDICATORS_NUMBER[actuation.indicators],
-        actuation.hazard,
-        actuation.horn,
-        LIGHTS_NUMBER[actuation.lights],
-        WIPERS_NUMBER[actuation.wipers],
-    )
-    return _COMMAND.pack(command, counter), _BODY.pack(body, counter)
+def codec_of(frames: Mapping[str, Layout]) -> Codec:
+    """The codec of a car whose DBC has these frames (vehicle_gateway.can.layout.read_layouts)."""
+    feedback = (frames[name] for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
+    return Codec(frames["ACTUATION_COMMAND"], frames["BODY_COMMAND"], {layout.arbitration_id: layout for layout in feedback})
 
 
-def decode(state: FeedbackState, frame: Frame) -> tuple[FeedbackState, str]:
-    """The state after one frame from the ECU, and why the frame was dropped ("" when it was not).
-
-    A dropped frame changes nothing but the counter that the next one must follow.
-    """
-    layout = _FEEDBACK.get(frame.arbitration_id)
-    if layout is None:
-        return state, "" if frame.arbitration_id in _COMMAND_IDS else "can id"
-    values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
-    if reason != "can crc":
-        state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
-    return (state, reason) if values is None else (_PUT[layout.name](state, values), "")
+_SHIPPED = codec_of(layouts())
+encode_command, decode = _SHIPPED.encode_command, _SHIPPED.decode  # of the shipped DBC
 
 
 def _put_motion(state: FeedbackState, motion: tuple[float, ...]) -> FeedbackState:

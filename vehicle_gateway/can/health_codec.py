@@ -10,16 +10,12 @@ from dataclasses import dataclass, field, replace
 
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.layout import layouts
+from vehicle_gateway.can.layout import Layout, layouts
 from wire.messages.health import LoopHealth
 from wire.topics import ECU
 
 LOOP = "cycle"
 PERIOD_MS = 10.0
-_LAYOUTS = layouts()
-_HEALTH, _LOAD = _LAYOUTS["ECU_HEALTH"], _LAYOUTS["ECU_LOAD"]
-_BY_ID = {layout.arbitration_id: layout for layout in (_HEALTH, _LOAD)}
-HEALTH_IDS = frozenset(_BY_ID)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,25 +25,43 @@ class HealthState:
     report: tuple[float, ...] | None = None  # newest complete one; a NEW object with every report
 
 
-def encode_health(health: LoopHealth, counter: int) -> tuple[Frame, Frame]:
-    """Both frames, in the order in which they are sent."""
-    priority = health.scheduling.removeprefix("fifo ")
-    loop = (health.cycles, health.late_cycles, health.lateness_max_ms)
-    load = (health.process_cpu_s, health.lateness_p50_ms, int(priority) if priority.isdigit() else 0)
-    return _HEALTH.pack(loop, counter), _LOAD.pack(load, counter)
+@dataclass(frozen=True, slots=True)
+class HealthCodec:
+    """The ECU's health by one DBC."""
+
+    loop: Layout
+    load: Layout
+
+    def speaks(self, frame: Frame) -> bool:
+        return frame.arbitration_id in (self.loop.arbitration_id, self.load.arbitration_id)
+
+    def encode(self, health: LoopHealth, counter: int) -> tuple[Frame, Frame]:
+        """Both frames, in the order in which they are sent."""
+        priority = health.scheduling.removeprefix("fifo ")
+        loop = (health.cycles, health.late_cycles, health.lateness_max_ms)
+        load = (health.process_cpu_s, health.lateness_p50_ms, int(priority) if priority.isdigit() else 0)
+        return self.loop.pack(loop, counter), self.load.pack(load, counter)
+
+    def decode(self, state: HealthState, frame: Frame) -> tuple[HealthState, str]:
+        """The state after one frame that it speaks, and why the frame was dropped ("" when it was not)."""
+        layout = self.loop if frame.arbitration_id == self.loop.arbitration_id else self.load
+        values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
+        if reason != "can crc":
+            state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+        if values is None:
+            return state, reason
+        if layout is self.loop:
+            return replace(state, loop=values), ""
+        return (state if state.loop is None else replace(state, report=(*state.loop, *values))), ""
 
 
-def decode_health(state: HealthState, frame: Frame) -> tuple[HealthState, str]:
-    """The state after one frame of HEALTH_IDS, and why the frame was dropped ("" when it was not)."""
-    layout = _BY_ID[frame.arbitration_id]
-    values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
-    if reason != "can crc":
-        state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
-    if values is None:
-        return state, reason
-    if layout is _HEALTH:
-        return replace(state, loop=values), ""
-    return (state if state.loop is None else replace(state, report=(*state.loop, *values))), ""
+def health_codec_of(frames: Mapping[str, Layout]) -> HealthCodec | None:
+    """None for a car whose DBC has no such frames."""
+    loop, load = frames.get("ECU_HEALTH"), frames.get("ECU_LOAD")
+    return HealthCodec(loop, load) if loop is not None and load is not None else None
+
+
+SHIPPED = HealthCodec(layouts()["ECU_HEALTH"], layouts()["ECU_LOAD"])
 
 
 def health_of(report: tuple[float, ...], now_ns: int) -> LoopHealth:

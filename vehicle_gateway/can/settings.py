@@ -15,4 +15,5 @@ class CanSettings(Message):
     port: Port = 43113  # of the vehicle bus; udp_multicast and virtual only
     actuator_channel: Text = ""  # of the bus between the ECU and the plant; "" is the same group with the other port
     actuator_port: Port = 43114
+    dbc: Text = ""  # path of the car's DBC: the messages and signals of config/drive_by_wire.dbc, which "" stands for
     hop_limit: Annotated[int, Meta(ge=0, le=0)] = 0  # never farther than this machine

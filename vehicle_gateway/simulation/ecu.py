@@ -21,7 +21,7 @@ from vehicle_gateway.can.ecu_codec import (
     encode_wheels,
 )
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.health_codec import LOOP, encode_health
+from vehicle_gateway.can.health_codec import LOOP, SHIPPED
 from vehicle_gateway.settings import VehicleGatewaySettings
 from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
 from wire.clock import Clock
@@ -105,7 +105,7 @@ class Ecu:
                 _send(self.vehicle_bus, encode_wheels(self._plant.wheels_m_s, counter))
 
     def tell_health(self, health: LoopHealth, counter: int) -> None:
-        for frame in encode_health(health, counter):
+        for frame in SHIPPED.encode(health, counter):
             _send(self.vehicle_bus, frame)
 
     def _demand(self, now_ns: int) -> None:

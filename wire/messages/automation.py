@@ -25,6 +25,8 @@ from wire.messages.base import (
     TimeNs,
 )
 
+STOPPING_CORRIDOR_M = 30.0  # length of Scene.stopping_corridor on a free road: a stop from 30 km/h with 1.5 m/s2 takes 23 m
+
 
 class Reason(Message):
     """One channel of doubt that speaks up."""

@@ -1,0 +1,238 @@
+"""Every check holds on both shipped configurations, and each one fails when the one thing that it guards is broken."""
+
+from dataclasses import is_dataclass, replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from rich.console import Console
+
+from vehicle_gateway.can.layout import read_layouts
+from vehicle_gateway.check.facts import Facts, Surroundings, Verdict
+from vehicle_gateway.check.program import INCONSISTENT, facts_of, read_every_section, run, table_of
+from vehicle_gateway.check.table import check, is_consistent
+from wire.configuration import shipped
+
+AROUND = Surroundings(
+    can_interfaces=frozenset({"can0"}),
+    certificates_folder=True,
+    certificates_problem="",
+    certificates_days=90.0,
+    map_problem="",
+    scenario_problem="",
+    source_problem="",
+    memory_problem="",
+)
+
+
+def facts(name: str) -> Facts:
+    file = shipped(name)
+    sections, findings = read_every_section(file)
+    assert all(found.verdict is Verdict.OK for found in findings), findings
+    return replace(facts_of(file, sections), around=AROUND)
+
+
+@pytest.fixture(scope="module")
+def car() -> Facts:
+    return facts("example_car.toml")
+
+
+def changed(thing, path: str, value):
+    """The struct with the value at `a.b.c` changed; a number picks an element of a tuple."""
+    name, _, rest = path.partition(".")
+    if name.isdigit():
+        elements = list(thing)
+        elements[int(name)] = changed(elements[int(name)], rest, value)
+        return tuple(elements)
+    inner = changed(getattr(thing, name), rest, value) if rest else value
+    change = replace if is_dataclass(thing) else msgspec.structs.replace
+    return change(thing, **{name: inner})
+
+
+def broken(findings) -> dict[str, Verdict]:
+    return {found.name: found.verdict for found in findings if found.verdict is not Verdict.OK}
+
+
+@pytest.mark.parametrize("name", ["simulated.toml", "example_car.toml"])
+def test_the_shipped_configurations_are_consistent(name):
+    findings = check(facts(name))
+    assert broken(findings) == {}
+    assert len({found.name for found in findings}) == len(findings), "every line of the table has a name of its own"
+
+
+# check, what is broken, the wrong value, and whether it is an error or something to look at
+LIMITS = "gateway.limits"
+WRONG = [
+    ("length and wheelbase", "vehicle.wheelbase_m", 3.8, Verdict.ERROR),
+    ("length and wheelbase", "vehicle.rear_overhang_m", 2.9, Verdict.ERROR),
+    ("width and height", "vehicle.width_m", 2.6, Verdict.ERROR),
+    ("width and height", "vehicle.height_m", 4.2, Verdict.ERROR),
+    ("turning radius", "vehicle.road_wheel_angle_max_rad", 0.1, Verdict.ERROR),
+    ("steering range", "vehicle.steering_ratio", 30.0, Verdict.ERROR),
+    ("steering range", "vehicle.steering_ratio", 3.0, Verdict.ERROR),
+    ("steering within the wheel's reach", "device", "wheel", Verdict.WARNING),
+    ("brakes and the road", "vehicle.braking_max_m_s2", 10.01, Verdict.ERROR),
+    ("brakes in order", f"{LIMITS}.safe_stop.braking_m_s2", 1.2, Verdict.ERROR),
+    ("brakes in order", "vehicle.braking_max_m_s2", 3.9, Verdict.ERROR),
+    ("safe stop within the corridor", "vehicle.speed_max_remote_m_s", 14.0, Verdict.ERROR),
+    ("speed at the start", f"{LIMITS}.cap.speed_first_m_s", 9.0, Verdict.WARNING),
+    ("silence in order", f"{LIMITS}.failsafe.command_gentle_ms", 500.0, Verdict.ERROR),
+    ("silence in order", f"{LIMITS}.failsafe.command_gentle_ms", 25.0, Verdict.ERROR),
+    ("hand-over on a fresh command", f"{LIMITS}.hand_over.command_fresh_ms", 121.0, Verdict.ERROR),
+    ("ECU before safe stop", "gateway.simulation.ecu.command_timeout_ms", 501.0, Verdict.ERROR),
+    ("ECU before safe stop", "gateway.simulation.ecu.command_timeout_ms", 30.0, Verdict.ERROR),
+    ("ECU before safe stop", "gateway.simulation.demand_timeout_ms", 101.0, Verdict.ERROR),
+    ("ECU brakes", "gateway.simulation.ecu.emergency_m_s2", 8.0, Verdict.ERROR),
+    ("loop age in order", f"{LIMITS}.cap.loop_age_slow_ms", 501.0, Verdict.ERROR),
+    ("loop age in order", f"{LIMITS}.cap.loop_age_free_ms", 400.0, Verdict.ERROR),
+    ("cameras", "around.source_problem", "this car has no such camera", Verdict.ERROR),
+    ("cameras", "vehicle.cameras.1.name", "front", Verdict.ERROR),
+    ("required cameras", "vehicle.cameras.0.required", False, Verdict.ERROR),
+    ("rear camera", "vehicle.cameras.3.name", "back", Verdict.WARNING),
+    ("camera front: field of view", "vehicle.cameras.0.focal_length_px", 200.0, Verdict.ERROR),
+    ("camera front: field of view", "vehicle.cameras.0.width_px", 320, Verdict.ERROR),
+    ("camera front: horizon in the picture", "vehicle.cameras.0.pitch_rad", 0.5, Verdict.ERROR),
+    ("camera front: horizon in the picture", "vehicle.cameras.0.pitch_rad", -0.5, Verdict.ERROR),
+    ("camera front: place on the car", "vehicle.cameras.0.x_m", 4.1, Verdict.ERROR),
+    ("camera left: place on the car", "vehicle.cameras.1.y_m", 1.4, Verdict.ERROR),
+    ("camera rear: place on the car", "vehicle.cameras.3.z_m", 0.0, Verdict.ERROR),
+    ("camera front: direction", "vehicle.cameras.0.yaw_rad", 0.9, Verdict.ERROR),
+    ("camera rear: direction", "vehicle.cameras.3.yaw_rad", 0.0, Verdict.ERROR),
+    ("camera left: picture size", "vehicle.cameras.1.width_px", 1279, Verdict.ERROR),
+    ("camera front: frame rate", "vehicle.cameras.0.frame_rate_hz", 14.0, Verdict.ERROR),
+    ("camera front: near road", "vehicle.cameras.0.pitch_rad", -0.4, Verdict.ERROR),
+    ("camera front: far sight", "vehicle.cameras.0.focal_length_px", 210.0, Verdict.ERROR),
+    ("camera front: source", "gateway.video.sources", {}, Verdict.ERROR),
+    ("camera front: source", "gateway.video.sources", {"front": "file:clip.mp4"}, Verdict.ERROR),
+    ("camera left: source", "gateway.video.sources", {"front": "v4l2:/dev/video0"}, Verdict.WARNING),
+    ("CAN interface", "gateway.can.channel", "can1", Verdict.WARNING),
+    ("CAN of a real car", "gateway.can.interface", "virtual", Verdict.ERROR),
+    ("CAN: acceleration that can be sent", "vehicle.acceleration_max_m_s2", 5.1, Verdict.ERROR),
+    ("CAN: steering that can be sent", "vehicle.road_wheel_angle_max_rad", 0.81, Verdict.ERROR),
+    ("CAN: steering that is measured", "vehicle.road_wheel_angle_max_rad", 0.81, Verdict.ERROR),
+    ("CAN: speed that is measured", "vehicle.speed_max_remote_m_s", 70.0, Verdict.ERROR),
+    ("CAN: motion in time", f"{LIMITS}.failsafe.feedback_lost_ms", 49.0, Verdict.ERROR),
+    ("CAN: a person's override in time", f"{LIMITS}.authority.override_ms", 39.0, Verdict.ERROR),
+    ("CAN: commands in time", "gateway.simulation.ecu.command_timeout_ms", 49.0, Verdict.ERROR),
+    ("vehicle id", "vehicle.vehicle_id", "another-1", Verdict.ERROR),
+    ("ports", "wire.link.tower_hub", "127.0.0.1:7450", Verdict.ERROR),
+    ("certificates", "around.certificates_problem", "vehicle-hub.pem: no such certificate", Verdict.ERROR),
+    ("certificates' life", "around.certificates_days", 6.9, Verdict.WARNING),
+    ("address of the link", "wire.link.listen", (), Verdict.WARNING),
+    ("scripted operator refused", "wire.link.accepts_script", True, Verdict.ERROR),
+    ("device", "device", "scripted", Verdict.ERROR),
+    ("sets off by itself", f"{LIMITS}.authority.engage_autonomously", True, Verdict.ERROR),
+    ("map", "around.map_problem", "no such map", Verdict.ERROR),
+    ("scenario", "around.scenario_problem", "no such file", Verdict.ERROR),
+    ("memory for epochs and latches", "around.memory_problem", "may not write there", Verdict.WARNING),
+]
+
+
+@pytest.mark.parametrize(("name", "path", "value", "verdict"), WRONG, ids=[f"{row[0]}: {row[1]}" for row in WRONG])
+def test_a_check_fails_when_what_it_guards_is_broken_and_says_what_to_do(car, name, path, value, verdict):
+    findings = check(changed(car, path, value))
+    found = next(found for found in findings if found.name == name)
+    assert (found.verdict, found.fix != "") == (verdict, True)
+    assert is_consistent(findings) is (Verdict.ERROR not in broken(findings).values())
+
+
+def test_every_check_is_broken_by_some_row_above(car):
+    """A check that nothing breaks would be no check. The cameras' checks count once, whatever the camera."""
+    rule = {name.partition(": ")[2] if name.startswith("camera ") else name for name, *_ in WRONG}
+    told = {found.name.partition(": ")[2] if found.name.startswith("camera ") else found.name for found in check(car)}
+    by_the_dbc = {"CAN: frames told apart", "CAN: rest of the feedback in time"}  # below
+    assert told - by_the_dbc == rule
+
+
+def test_what_a_simulated_car_may_a_real_one_may_not(car):
+    simulated = facts("simulated.toml")
+    assert simulated.wire.link.accepts_script and simulated.gateway.limits.authority.engage_autonomously
+    real = changed(simulated, "gateway.simulation.scenario", "")
+    assert broken(check(real)).items() >= {
+        ("scripted operator refused", Verdict.ERROR),
+        ("device", Verdict.ERROR),
+        ("sets off by itself", Verdict.ERROR),
+        ("CAN of a real car", Verdict.ERROR),
+        ("camera front: source", Verdict.ERROR),
+    }
+
+
+def test_a_folder_of_another_machine_is_looked_at_and_an_incomplete_one_is_wrong(car):
+    absent = changed(changed(car, "around.certificates_problem", "no such certificate"), "around.certificates_folder", False)
+    assert broken(check(absent)) == {"certificates": Verdict.WARNING}
+
+
+def dbc(folder: Path, *changes: tuple[str, str]) -> Path:
+    text = shipped("drive_by_wire.dbc").read_text()
+    for before, after in changes:
+        assert before in text, before
+        text = text.replace(before, after)
+    (folder / "car.dbc").write_text(text)
+    return folder / "car.dbc"
+
+
+def configured(folder: Path, file: Path) -> Path:
+    text = shipped("example_car.toml").read_text().replace('dbc = ""', f'dbc = "{file}"')
+    (folder / "car.toml").write_text(text)
+    return folder / "car.toml"
+
+
+def test_a_dbc_with_slower_feedback_and_a_repeated_identity_is_found(tmp_path, car):
+    slow = dbc(tmp_path, ('"GenMsgCycleTime" BO_ 528 20', '"GenMsgCycleTime" BO_ 528 60'))
+    found = check(replace(car, layouts=read_layouts(str(slow))))
+    assert broken(found) == {"CAN: rest of the feedback in time": Verdict.ERROR}
+    frames = dict(car.layouts)
+    frames["DRIVE_STATE"] = replace(frames["DRIVE_STATE"], data_id=frames["LOCAL_CONTROLS"].data_id)
+    assert broken(check(replace(car, layouts=frames))) == {"CAN: frames told apart": Verdict.ERROR}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("BO_ 528 DRIVE_STATE", "BO_ 528 STATE_OF_DRIVE"), "message DRIVE_STATE is missing"),
+        (("SG_ SPEED : 12", "SG_ VELOCITY : 12"), "MOTION_FEEDBACK: signal SPEED is missing"),
+        (("SG_ COUNTER : 8|4@1+ (1,0) [0|14] \"\" GATEWAY\n SG_ GEAR", " SG_ GEAR"), "DRIVE_STATE: signal COUNTER is missing"),
+        (('BA_ "E2EDataId" BO_ 528 8194', 'BA_ "E2EDataId" BO_ 528 8193'), "E2EDataId 8193 is used twice"),
+        (('BA_ "E2EDataId" BO_ 528 8194;\n', ""), "DRIVE_STATE: no E2EDataId"),
+        (("VERSION", "BO_ nonsense"), "not a valid DBC"),
+    ],
+)  # fmt: skip
+def test_a_dbc_that_we_cannot_speak_is_one_line_in_the_table(tmp_path, change, said):
+    _, findings = read_every_section(configured(tmp_path, dbc(tmp_path, change)))
+    (found,) = [each for each in findings if each.verdict is Verdict.ERROR]
+    assert (found.name, said in found.compared) == ("DBC", True), found.compared
+
+
+def test_a_dbc_that_is_not_there_is_told(tmp_path):
+    _, findings = read_every_section(configured(tmp_path, tmp_path / "none.dbc"))
+    assert "none.dbc: cannot be read: No such file" in next(f.compared for f in findings if f.name == "DBC")
+
+
+@pytest.mark.parametrize(
+    ("section", "line", "said"),
+    [
+        ("[tower.window]", "brightness = 1", "brightness"),
+        ("[haptics.torque]", "strong = true", "strong"),
+        ("[recordings]", "flush_period_ms = 5000", "recordings.flush_period_ms"),
+        ("[autonomy.ages]", "imu_ms = 'long'", "autonomy.ages.imu_ms"),
+    ],
+)
+def test_an_unknown_key_of_any_room_is_found_here_and_nothing_else_is_checked(tmp_path, capsys, section, line, said):
+    file = tmp_path / "car.toml"
+    file.write_text(f"{shipped('example_car.toml').read_text()}\n{section}\n{line}\n")
+    assert run(file) == INCONSISTENT
+    shown = capsys.readouterr().out
+    assert said in shown and "NOT consistent: " in shown and "turning radius" not in shown
+
+
+def test_the_example_passes_as_a_command_and_names_what_this_machine_lacks(capsys):
+    assert run(shipped("example_car.toml")) == 0
+    assert "consistent: " in capsys.readouterr().out
+
+
+def test_a_fix_stands_below_what_was_compared(car):
+    console = Console(width=200, record=True)
+    console.print(table_of(check(changed(car, "vehicle.vehicle_id", "another-1"))))
+    lines = console.export_text().splitlines()
+    at = next(number for number, line in enumerate(lines) if line.startswith("vehicle id"))
+    assert "'another-1'" in lines[at] and "-> give both the same vehicle_id" in lines[at + 1]

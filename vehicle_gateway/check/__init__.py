@@ -1,0 +1,1 @@
+"""`vehicle-gateway check-config`: whether a configuration describes a car that can be driven."""
