@@ -7,7 +7,7 @@ nothing: see `recordings.stage` for what keeps a replay apart from any car.
 
 import threading
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -59,6 +59,11 @@ class Player:
     def __init__(self, car: Link, tower: Link) -> None:
         self._car, self._tower = car, tower
         self.played = Played()
+
+    def hold(self, pictures: Iterable[bytes]) -> None:
+        """The pictures to begin with, as often as one likes: a window that has just come can show something."""
+        for payload in pictures:
+            self._car.publish(_PLAYED_VIDEO, payload)
 
     def say(self, topic: str, payload: bytes) -> None:
         if topic == VIDEO:
@@ -148,8 +153,7 @@ def _run(player: Player, recording: Recording, plan: Timeline, begin_ns: int, wa
     """The first pictures again and again until `begin_ns`, then every message at its time."""
     clock, played = waiting.clock, player.played
     while clock.now_ns() < begin_ns:
-        for payload in plan.first_pictures.values():
-            player.say(VIDEO, payload)
+        player.hold(plan.first_pictures.values())
         if not waiting.until(min(clock.now_ns() + round(_REPEAT_S * 1e9), begin_ns)):
             return
     for topic, log_ns, payload in recording.payloads(plan.start_ns):

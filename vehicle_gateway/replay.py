@@ -14,7 +14,7 @@ from wire.messages.base import Count, Message, Milliseconds, Name, decoder, enco
 from wire.messages.vehicle import GatewayCycle, Mode, VehicleDescription
 from wire.replay import Compared, Replay, Step
 
-START_EVERY = 250  # cycles: after a gap the check goes on within 1 to 2.5 s
+START_EVERY = 100  # cycles: a check that lost its way goes on within a second
 
 
 class Start(Message):
