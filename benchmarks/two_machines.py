@@ -161,6 +161,8 @@ def _configure(machine: Machine, scenario: str) -> None:
     if machine.address == CAR_ADDRESS:
         wire["link"]["vehicle_id"] = tables["vehicle"]["vehicle_id"] = VEHICLE
         wire["session"] = {"folder": str(machine.folder), "name": machine.folder.name}
+        for camera in tables["vehicle"]["cameras"]:  # small pictures: this is about the way between, not about encoding
+            camera.update(width_px=640, height_px=360, frame_rate_hz=20.0, focal_length_px=camera["focal_length_px"] / 2)
         tables["vehicle_gateway"]["memory"] = str(machine.folder / "memory.json")
         tables["vehicle_gateway"]["simulation"]["scenario"] = scenario
     else:

@@ -77,16 +77,19 @@ def obstacle(tls: dict[str, Any], place: Endpoint) -> Obstacle | None:
 
 
 @contextmanager
-def told_why(tls: dict[str, Any], places: tuple[Endpoint, ...], joined: Callable[[], int]) -> Iterator[None]:
+def told_why(
+    tls: dict[str, Any], places: tuple[Endpoint, ...], joined: Callable[[], int], first_s: float = _FIRST_S
+) -> Iterator[None]:
     """While the context lasts: say on stderr why a place that is dialled cannot be reached, once per reason.
 
-    joined  how many of them are connected now
+    joined   how many of them are connected now
+    first_s  how long they are given before the first look
     """
     if not places:
         yield
         return
     end = threading.Event()
-    thread = threading.Thread(target=_look, args=(tls, places, joined, end), name="reach", daemon=True)
+    thread = threading.Thread(target=_look, args=(tls, places, joined, end, first_s), name="reach", daemon=True)
     thread.start()
     try:
         yield
@@ -94,12 +97,14 @@ def told_why(tls: dict[str, Any], places: tuple[Endpoint, ...], joined: Callable
         end.set()
 
 
-def _look(tls: dict[str, Any], places: tuple[Endpoint, ...], joined: Callable[[], int], end: threading.Event) -> None:
+def _look(
+    tls: dict[str, Any], places: tuple[Endpoint, ...], joined: Callable[[], int], end: threading.Event, first_s: float
+) -> None:
     told: dict[Endpoint, str] = {}
-    pause_s = _FIRST_S
+    pause_s = first_s
     while not end.wait(pause_s):
         if joined() >= len(places):
-            told, pause_s = {}, _FIRST_S
+            told, pause_s = {}, first_s
             continue
         pause_s = min(2 * pause_s, _LONGEST_S)
         for place in places:

@@ -13,7 +13,7 @@ from wire.certificates import authority_of, make, write_pem
 from wire.clock import Clock
 from wire.endpoint import Endpoint, parse
 from wire.link import LinkError, open_link, tls_of
-from wire.reach import explained, obstacle
+from wire.reach import explained, obstacle, told_why
 from wire.settings import LinkSettings
 from wire.topics import Role
 
@@ -87,3 +87,22 @@ def test_what_the_library_says_becomes_one_line_with_the_fix(said: str, lasting:
     found = explained(said, Endpoint("car", 7450))
     assert found.lasting is lasting
     assert words in found.words and "/root" not in found.words
+
+
+def test_a_hub_that_dials_in_vain_says_why_and_says_it_once(car: LinkSettings, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    make(tmp_path)
+    looks: list[int] = []
+    enough = threading.Event()
+
+    def joined() -> int:
+        looks.append(0)
+        if len(looks) > 3:
+            enough.set()
+        return 0
+
+    strange = tls_of(replace(car, certificates=str(tmp_path)), Role.TOWER_HUB)
+    with told_why(strange, (parse(car.car_hub),), joined, first_s=0.01):
+        assert enough.wait(10.0)
+    said = capfd.readouterr().err.splitlines()
+    assert len(said) == 1
+    assert "another authority" in said[0]
