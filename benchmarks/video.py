@@ -144,6 +144,9 @@ class _SceneSource:
     def take(self, timeout_s: float) -> Picture:
         return Picture(*self._scene.wait_and_take())
 
+    def limit(self, rate_hz: float) -> None:
+        """Always 30 Hz."""
+
     def __enter__(self) -> "_SceneSource":
         return self
 
@@ -163,6 +166,9 @@ class _PipeLink:
 
     def serve(self, name: str, handler: Callable[[Any], Message]) -> None:
         self.handler = handler
+
+    def on(self, name: str, callback: Callable[[Any, int], None]) -> None:
+        """No car says anything here."""
 
     def ask(self, name: str, request: Message, timeout_s: float) -> Any | None:
         self._pipe.send(request)

@@ -5,8 +5,8 @@ from msgspec.structs import replace
 from vehicle_gateway.state import GatewayLimits, State
 from wire.messages.base import Gear
 from wire.messages.vehicle import Actuation
+from wire.rear_view import REAR
 
-REAR = "rear"  # name of the camera that looks backwards
 SPEED_MAX_M_S = 5 / 3.6
 RULE = "reverse without rear picture"
 

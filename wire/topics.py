@@ -132,7 +132,7 @@ TOPICS: dict[str, Topic] = {
         _topic("clock_ping", operating.ClockPing, 5, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND, recorded=False),
         # car -> tower
         _topic("clock_pong", operating.ClockPong, 5, R.VEHICLE_HUB, COCKPITS, T.COMMAND, recorded=False),
-        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW}, T.COMMAND),
+        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW, R.VIDEO}, T.COMMAND),
         _topic(
             "gateway_status",
             vehicle.GatewayStatus,
@@ -166,7 +166,7 @@ TOPICS: dict[str, Topic] = {
         _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
         # both sites
-        _topic("car_health", health.LoopHealth, 1, CAR, set(), T.STATE, K.EVENT),
+        _topic("car_health", health.LoopHealth, 1, CAR, {R.VIDEO}, T.STATE, K.EVENT),
         _topic("tower_health", health.LoopHealth, 1, TOWER, set(), T.STATE, K.EVENT),
     )
 }

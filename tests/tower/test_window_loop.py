@@ -1,22 +1,25 @@
 """The window's loop on a link in memory: what it publishes, when it draws, how it is left."""
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pygame
+from msgspec.structs import replace
 
 from tower.window.display_loop import DisplayLoop
 from tower.window.keys import Control
+from tower.window.picture_layout import Box
 from tower.window.snapshot import SnapshotWriter
 from tower.window.sounds import Player
 from tower.window.sticks import Hands
+from wire.configuration import read_sections, shipped
 from wire.latest import Latest
-from wire.messages.base import Message, decoder, encode
+from wire.messages.base import Gear, Message, decoder, encode
 from wire.messages.operating import OperatorInput, WindowStatus
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
 
 MS = 1_000_000
 BEGIN_NS = 7_000_000_000_000
@@ -41,16 +44,24 @@ class LinkInMemory:
 class Picture:
     capture_ns: int
     decoded_ns: int
-    image: np.ndarray = field(default_factory=lambda: np.full((90, 160, 4), 180, np.uint8))
+    grey: int = 180
+
+    def pixels(self, part: Box | None, size: tuple[int, int]) -> np.ndarray:
+        return np.full((size[1], size[0], 4), self.grey, np.uint8)
 
 
 class VideoInMemory:
     def __init__(self) -> None:
         self.replaced: Counter[str] = Counter()
-        self.picture: Picture | None = None
+        self.picture: Picture | None = None  # of the front camera
+        self.others: dict[str, Picture] = {}
+        self.watched: tuple[str, ...] = ()
 
     def newest(self, camera: str) -> Picture | None:
-        return self.picture if camera == "front" else None
+        return self.picture if camera == "front" else self.others.get(camera)
+
+    def watch(self, cameras: tuple[str, ...]) -> None:
+        self.watched = cameras
 
 
 class ScreenInMemory:
@@ -99,7 +110,6 @@ class Stage:
         self.writer = SnapshotWriter(snapshot)
         self.now_ns = BEGIN_NS
         self.loop = DisplayLoop(
-            camera="front",
             recording="drive",
             full_screen=False,
             link=self.link,
@@ -236,3 +246,65 @@ def test_no_picture_is_kept_of_a_drive_without_the_operator(tmp_path: Path) -> N
     with stage.writer:
         stage.run(1500, mode=Mode.AUTONOMOUS)
     assert list(tmp_path.iterdir()) == []
+
+
+def described(stage: Stage) -> VehicleDescription:
+    car: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
+    car = replace(car, cameras=tuple(replace(car.cameras[0], name=name) for name in ("front", "left", "right", "rear")))
+    stage.link.level("vehicle_description").put(car, stage.now_ns)
+    return car
+
+
+def state_of(stage: Stage, gear: Gear) -> VehicleState:
+    asked = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0, gear=gear)
+    return VehicleState(
+        stamp_ns=stage.now_ns + VEHICLE_CLOCK_NS,
+        boot_id="b",
+        sequence=1,
+        speed_m_s=0.0,
+        acceleration_m_s2=0.0,
+        yaw_rate_rad_s=0.0,
+        road_wheel_angle_rad=0.0,
+        gear=Gear.DRIVE,
+        requested=asked,
+        applied=asked,
+        rules=(),
+        speed_cap_m_s=4.0,
+        loop_age_ms=120.0,
+        command_age_ms=3.0,
+    )
+
+
+def test_every_camera_of_the_car_is_watched_and_its_stamp_reported_when_it_comes_on_screen() -> None:
+    stage = Stage()
+    described(stage)
+    stage.run(100)
+    assert stage.video.watched == ("front", "left", "right", "rear")
+    stage.video.others["left"] = Picture(42, stage.now_ns)
+    before = len(stage.statuses)
+    stage.run(100)
+    lefts = [frame for status in stage.statuses[before:] for frame in status.shown if frame.camera == "left"]
+    assert [frame.capture_ns for frame in lefts] == [42]
+    assert stage.statuses[-1].displayed_capture_ns["left"] == 42
+
+
+def test_a_side_camera_that_hangs_does_not_freeze_the_drive() -> None:
+    stage = Stage()
+    described(stage)
+    stage.video.others["left"] = Picture(42, stage.now_ns)
+    stage.run(2000)
+    assert not stage.statuses[-1].frozen
+
+
+def test_the_rear_picture_is_reported_only_while_it_is_shown() -> None:
+    stage = Stage()
+    described(stage)
+    stage.video.others["rear"] = Picture(42, stage.now_ns)
+    stage.run(100)
+    assert "rear" not in stage.statuses[-1].displayed_capture_ns
+    stage.link.level("vehicle_state").put(state_of(stage, Gear.REVERSE), stage.now_ns)
+    stage.run(100)
+    assert stage.statuses[-1].displayed_capture_ns["rear"] == 42
+    stage.link.level("vehicle_state").put(state_of(stage, Gear.DRIVE), stage.now_ns)
+    stage.run(1700)
+    assert "rear" not in stage.statuses[-1].displayed_capture_ns

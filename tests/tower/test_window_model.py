@@ -16,6 +16,7 @@ from tower.window.hud import Hud
 from tower.window.keys import WindowKeys
 from tower.window.looks import LOOKS, NO_LINK, WAITING, Driver
 from tower.window.picture_age import PictureSeen, PictureState
+from tower.window.picture_layout import Box
 from tower.window.sights import Sights
 from tower.window.view_model import view_model
 from tower.window.views import Tone
@@ -151,7 +152,7 @@ def sights(said: GatewayStatus | None, ago_ms: float = 10.0, **changes: Any) -> 
         "status": heard(said, ago_ms) if said is not None else None,
         "state": heard(state()),
         "operator": heard(operator()),
-        "picture": PictureSeen(NOW - 80 * MS, NOW - 20 * MS),
+        "pictures": {"front": PictureSeen(NOW - 80 * MS, NOW - 20 * MS)},
         "log": DriveLog(),
     }
     return Sights(**(known | changes))
@@ -252,7 +253,7 @@ def test_old_figures_are_not_shown() -> None:
 
 
 def test_a_frozen_picture_says_so_with_its_age() -> None:
-    model = view_model(sights(status(Mode.REMOTE), picture=PictureSeen(NOW - 1400 * MS, NOW - 1300 * MS)))
+    model = view_model(sights(status(Mode.REMOTE), pictures={"front": PictureSeen(NOW - 1400 * MS, NOW - 1300 * MS)}))
     assert model.picture.state is PictureState.FROZEN
     assert (model.picture.title, model.picture.detail) == ("FROZEN", "The picture is 1.4 s old")
 
@@ -307,9 +308,21 @@ def test_the_end_is_shown_at_the_goal_once_the_car_stands() -> None:
     assert end(0.0, Mode.EMERGENCY_STOP, None)
 
 
-def drawn(seen: Sights, size: tuple[int, int] = (1280, 720), picture: np.ndarray | None = None) -> np.ndarray:
+class Grey:
+    """A picture of one grey level, whatever part and size is asked for."""
+
+    capture_ns, decoded_ns = 1, 2
+
+    def __init__(self, level: int) -> None:
+        self._level = level
+
+    def pixels(self, part: Box | None, size: tuple[int, int]) -> np.ndarray:
+        return np.full((size[1], size[0], 4), self._level, np.uint8)
+
+
+def drawn(seen: Sights, size: tuple[int, int] = (1280, 720), grey: int = 200) -> np.ndarray:
     surface = pygame.Surface(size)
-    Hud().draw(surface, picture, view_model(seen))
+    Hud().draw(surface, {name: Grey(grey) for name in ("front", "left", "rear")}, view_model(seen))
     return pygame.surfarray.array3d(surface).swapaxes(0, 1)  # (H, W, 3) RGB
 
 
@@ -319,7 +332,7 @@ def share_of(pixels: np.ndarray, colour: tuple[int, int, int]) -> float:
 
 @pytest.mark.parametrize("mode", list(Mode))
 def test_the_frame_and_the_tab_carry_the_colour_of_the_mode(mode: Mode) -> None:
-    pixels = drawn(sights(status(mode)), picture=np.full((720, 1280, 4), 255, np.uint8))
+    pixels = drawn(sights(status(mode)), grey=255)
     look = LOOKS[mode]
     strips = (pixels[:12], pixels[-12:], pixels[12:-12, :12], pixels[12:-12, -12:])
     assert all(share_of(strip, look.colour) > 0.2 for strip in strips)
@@ -328,8 +341,7 @@ def test_the_frame_and_the_tab_carry_the_colour_of_the_mode(mode: Mode) -> None:
 
 
 def test_a_frozen_picture_is_darkened_and_taped_over() -> None:
-    white = np.full((720, 1280, 4), 255, np.uint8)
-    pixels = drawn(sights(status(Mode.REMOTE), picture=PictureSeen(NOW - 1400 * MS, NOW - 1300 * MS)), picture=white)
+    pixels = drawn(sights(status(Mode.REMOTE), pictures={"front": PictureSeen(NOW - 1400 * MS, NOW - 1300 * MS)}), grey=255)
     assert int(pixels[500:600, 500:800].max()) < 110
     assert share_of(pixels[288:438, 12:-12], (245, 179, 1)) > 0.08
 
@@ -403,13 +415,17 @@ MAYBE = {
             "focus": st.booleans(),
             "recording": st.text(max_size=80),
             "keys": st.builds(WindowKeys, help_open=st.booleans(), quit_asked_ns=st.none() | st.just(NOW)),
-            "picture": st.none() | st.builds(PictureSeen, st.integers(0, 2**62), st.integers(0, NOW)),
+            "pictures": st.dictionaries(
+                st.sampled_from(("front", "left", "rear")),
+                st.builds(PictureSeen, st.integers(0, 2**62), st.integers(0, NOW)),
+            ),
+            "rear_wanted": st.booleans(),
         }
     ),
     size=st.sampled_from([(1280, 720), (320, 180), (500, 900)]),
 )
 @settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 def test_whatever_valid_messages_arrive_the_window_is_drawn(seen: dict[str, Any], size: tuple[int, int]) -> None:
-    pixels = drawn(sights(None, **seen), size, np.full((72, 128, 4), 200, np.uint8))
+    pixels = drawn(sights(None, **seen), size)
     assert pixels.shape == (size[1], size[0], 3)
     assert float(pixels[::7, ::7].std()) > 10.0  # something stands there

@@ -5,12 +5,15 @@ from typing import Any
 import numpy as np
 import pygame
 import pytest
+from msgspec.structs import replace
 
 from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
 from tower.window.hud import Hud
+from tower.window.layout import layout
 from tower.window.looks import AMBER
 from tower.window.picture_age import PictureSeen
+from tower.window.picture_layout import Box
 from tower.window.road_model import loop_s, road_view
 from tower.window.sights import Sights
 from tower.window.view_model import view_model
@@ -28,7 +31,17 @@ CAR = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})[
 NOW = 50_000_000_000_000
 MS = 1_000_000
 FRONT_M = CAR.length_m - CAR.rear_overhang_m
-GREY = np.full((720, 1280, 4), 96, np.uint8)
+
+
+class Grey:
+    """A picture without anything in it."""
+
+    capture_ns, decoded_ns = 1, 2
+
+    def pixels(self, part: Box | None, size: tuple[int, int]) -> np.ndarray:
+        return np.full((size[1], size[0], 4), 96, np.uint8)
+
+
 REQUEST = TakeoverRequest(number=1, raised_ns=1, budget_s=15.0, place=(130.0, 40.0), reasons=(Reason(channel="a", text="b"),))
 
 
@@ -133,7 +146,7 @@ def sights(said: GatewayStatus, speed_m_s: float = 4.0, angle_rad: float = 0.0, 
         "operator": Received(operator(angle_rad), NOW),
         "scene": Received(scene(speed_m_s, capture_ns), NOW),
         "description": CAR,
-        "picture": PictureSeen(capture_ns, NOW - 20 * MS),
+        "pictures": {"front": PictureSeen(capture_ns, NOW - 20 * MS)},
         "motions": tuple(Motion(capture_ns + k * 20 * MS, speed_m_s, 0.0) for k in range(4)),
         "log": DriveLog(),
     }
@@ -172,10 +185,10 @@ def test_the_path_bends_to_the_side_of_the_wheel() -> None:
 def test_no_path_without_a_picture_that_moves_without_calibration_or_backwards() -> None:
     driving = status(Mode.REMOTE)
     frozen = PictureSeen(NOW - 400 * MS, NOW - 300 * MS)
-    assert road_view(sights(driving, picture=frozen)) is None
-    assert road_view(sights(driving, picture=None)) is None
+    assert road_view(sights(driving, pictures={"front": frozen})) is None
+    assert road_view(sights(driving, pictures={})) is None
     assert road_view(sights(driving, description=None)) is None
-    assert road_view(sights(driving, camera="roof")) is None
+    assert road_view(sights(driving, description=replace(CAR, cameras=()))) is None
     assert road_view(sights(driving, state=Received(state(-1.0, Gear.REVERSE), NOW))) is None
     assert road_view(sights(driving, state=Received(state(4.0), NOW - 400 * MS))) is None
 
@@ -203,21 +216,22 @@ def test_a_car_that_stops_by_itself_shows_its_corridor() -> None:
 
 def drawn(seen: Sights, size: tuple[int, int] = (1280, 720)) -> np.ndarray:
     surface = pygame.Surface(size)
-    Hud().draw(surface, GREY, view_model(seen))
+    Hud().draw(surface, {"front": Grey()}, view_model(seen))
     return pygame.surfarray.array3d(surface).swapaxes(0, 1)
 
 
 def pixel_of(x_m: float, y_m: float, size: tuple[int, int]) -> tuple[int, int]:
     """Row and column by the simulated camera's own projection."""
     point = project(CAR.cameras[0], MapPose(x_m=0.0, y_m=0.0, heading_rad=0.0), 0.0, 0.0, np.array([[x_m, y_m, 0.0]]))[0][0]
-    return round(point[1] * size[1] / 720), round(point[0] * size[0] / 1280)
+    front = layout(*size, {camera.name: (camera.width_px, camera.height_px) for camera in CAR.cameras}).pictures["front"]
+    return round(front.y + point[1] * front.h / 720), round(front.x + point[0] * front.w / 1280)
 
 
 def is_amber(pixels: np.ndarray, row: int, column: int) -> bool:
     return bool((np.abs(pixels[row - 2 : row + 3, column].astype(int) - AMBER).max(axis=-1) < 12).any())
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (640, 360)])
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
 def test_the_stopping_line_stands_across_the_road_where_the_car_could_stand(size: tuple[int, int]) -> None:
     pixels = drawn(sights(status(Mode.REMOTE), speed_m_s=8.0), size)
     view = road_view(sights(status(Mode.REMOTE), speed_m_s=8.0))

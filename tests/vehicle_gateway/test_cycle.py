@@ -32,7 +32,8 @@ from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseR
 from wire.messages.vehicle import Mode, VehicleDescription
 
 M = Mode
-CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
+SHIPPED: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
+CAR = replace(SHIPPED, cameras=SHIPPED.cameras[:1])  # the front one; stories that need another one add it
 REAR = replace(CAR.cameras[0], name="rear", required=False, x_m=-0.8, yaw_rad=3.14)
 LIMITS = GatewayLimits()
 ENGAGING = GatewayLimits(authority=AuthorityLimits(engage_autonomously=True))

@@ -1,5 +1,6 @@
 """New picture or the old one again; and what the loop of a camera says about it."""
 
+import threading
 from collections.abc import Callable
 
 import av
@@ -45,11 +46,28 @@ class NoSource:
     def take(self, timeout_s: float) -> Picture | None:
         return None
 
+    def limit(self, rate_hz: float) -> None:
+        """It gives nothing anyway."""
+
     def __enter__(self) -> "NoSource":
         return self
 
     def __exit__(self, *_: object) -> None:
         pass
+
+
+class OneLevelSource(NoSource):
+    """Pictures at once, stamped 1, 2, 3, ...; `fetched` is set with the third."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.count, self.fetched = 0, threading.Event()
+
+    def take(self, timeout_s: float) -> Picture | None:
+        self.count += 1
+        if self.count >= 3:
+            self.fetched.set()
+        return Picture(grey(50 + self.count % 100), self.count)
 
 
 def grey(level: int) -> av.VideoFrame:
@@ -109,3 +127,29 @@ def test_a_file_is_never_live() -> None:
 def test_skipped_pictures_are_told_in_the_health_of_the_loop() -> None:
     health = loop_of(lambda *_: None).health("vehicle-gateway video", Clock().now_ns())
     assert health.dropped == {"pictures skipped": 3}
+
+
+def test_a_camera_that_nobody_wants_encodes_nothing_and_starts_again_without_what_was_before() -> None:
+    wanted, halt = threading.Event(), threading.Event()
+    sent: list[EncodedPicture] = []
+    source = OneLevelSource()
+    loop = CameraLoop(
+        CAMERA,
+        source,
+        Encoder(CAMERA, VideoSettings()),
+        Clock(),
+        lambda picture, _: sent.append(picture),
+        lambda _: wanted.is_set(),
+    )
+    thread = threading.Thread(target=loop.run, args=(halt,))
+    thread.start()
+    try:
+        assert not source.fetched.wait(0.2)
+        assert not loop.status(Clock().now_ns(), watching=1).wanted
+        wanted.set()
+        assert source.fetched.wait(5.0)
+    finally:
+        halt.set()
+        thread.join(5.0)
+    assert sent
+    assert min(picture.capture_ns for picture in sent) > 1  # the first, from before, was thrown away

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vehicle_gateway.video.media import MediaSource
 from vehicle_gateway.video.picture import Bytes, Picture, at_camera_size, fitted, from_bgr, plane
 from vehicle_gateway.video.settings import SourceChoice, VideoSettings, camera_bitrate_bps, parse_source
-from vehicle_gateway.video.simulated import SimulatedSource
+from vehicle_gateway.video.simulated import SimulatedSource, WorldFeed
 from vehicle_gateway.video.slot import NewestSlot
 from vehicle_gateway.video.sources import choose_sources
 from wire.clock import Clock
@@ -190,9 +190,8 @@ def test_the_bit_rate_follows_the_pixels_per_second() -> None:
 class PlainRenderer:
     """A grey picture, always the same: only sensor noise tells two apart."""
 
-    def render(self, world: WorldState, out: Bytes) -> Bytes:
+    def render_planar(self, world: WorldState, out: Bytes) -> None:
         out[:] = 100
-        return out
 
 
 def world_at(stamp_ns: int) -> WorldState:
@@ -210,23 +209,75 @@ def world_at(stamp_ns: int) -> WorldState:
     )
 
 
+def simulated(rate_hz: float = 30.0) -> SimulatedSource:
+    return SimulatedSource(PlainRenderer(), 320, 180, rate_hz)
+
+
+def state_ns(number: int) -> int:
+    return 1_000 * MS + number * 16_666_667
+
+
+def numbers_taken(feed: WorldFeed, sources: list[SimulatedSource], numbers: range) -> list[list[int]]:
+    """Which states each source made a picture of, every one fetched at once."""
+    taken: list[list[int]] = [[] for _ in sources]
+    for number in numbers:
+        feed.put(world_at(state_ns(number)), received_ns=0)
+        for source, mine in zip(sources, taken, strict=True):
+            picture = source.take(0.0)
+            if picture is not None:
+                assert picture.capture_ns == state_ns(number)
+                mine.append(number)
+    return taken
+
+
 def test_a_world_at_60_hz_becomes_a_camera_at_30_hz_with_the_worlds_own_stamps() -> None:
-    source = SimulatedSource(PlainRenderer(), 320, 180, 30.0)
-    stamps = []
-    for number in range(60):
-        source.put(world_at(1_000 * MS + number * 16_666_667), received_ns=0)
-        picture = source.take(0.0)
-        if picture is not None:
-            stamps.append(picture.capture_ns)
-    assert stamps == [1_000 * MS + number * 16_666_667 for number in range(0, 60, 2)]
+    source = simulated()
+    assert numbers_taken(WorldFeed([source]), [source], range(60)) == [list(range(0, 60, 2))]
     assert source.skipped == 0
 
 
+def test_no_two_of_three_cameras_want_the_same_state() -> None:
+    sources = [simulated(15.0), simulated(30.0), simulated(15.0)]
+    taken = numbers_taken(WorldFeed(sources), sources, range(60))
+    assert taken == [list(range(1, 60, 4)), list(range(0, 60, 2)), list(range(3, 60, 4))]
+
+
+def test_a_camera_that_has_to_give_way_takes_fewer_and_later_as_many_as_before() -> None:
+    sources = [simulated(30.0), simulated(15.0)]
+    feed = WorldFeed(sources)
+    sources[1].limit(7.5)
+    assert len(numbers_taken(feed, sources, range(60))[1]) in (7, 8)
+    sources[1].limit(15.0)
+    assert len(numbers_taken(feed, sources, range(60, 120))[1]) in (15, 16)
+
+
+def test_states_that_got_lost_cost_no_more_pictures_than_they_held() -> None:
+    source = simulated(15.0)
+    feed = WorldFeed([source])
+    taken = []
+    for number in (number for number in range(60) if number % 3):  # one in three is lost, also some of the camera's turns
+        feed.put(world_at(state_ns(number)), received_ns=0)
+        if source.take(0.0) is not None:
+            taken.append(number)
+    assert 14 <= len(taken) <= 15
+
+
+def test_a_world_that_begins_anew_is_shown_at_once() -> None:
+    source = simulated()
+    feed = WorldFeed([source])
+    numbers_taken(feed, [source], range(60))
+    feed.put(world_at(5 * MS), received_ns=0)
+    picture = source.take(0.0)
+    assert picture is not None
+    assert picture.capture_ns == 5 * MS
+
+
 def test_a_world_that_stops_gives_no_picture_and_a_standing_car_gives_new_ones() -> None:
-    source = SimulatedSource(PlainRenderer(), 320, 180, 30.0)
+    source = simulated()
+    feed = WorldFeed([source])
     lumas = []
-    for stamp_ns in (1_000 * MS, 1_000 * MS, 1_034 * MS):
-        source.put(world_at(stamp_ns), received_ns=0)
+    for number in (0, 0, 2):
+        feed.put(world_at(state_ns(number)), received_ns=0)
         picture = source.take(0.0)
         lumas.append(plane(picture.frame, 0).copy() if picture else None)
     assert lumas[1] is None
@@ -237,10 +288,11 @@ def test_a_world_that_stops_gives_no_picture_and_a_standing_car_gives_new_ones()
 
 
 def test_pictures_that_the_encoder_was_too_busy_for_are_counted() -> None:
-    source = SimulatedSource(PlainRenderer(), 320, 180, 30.0)
-    for number in (0, 1, 2, 3, 4):
-        source.put(world_at(1_000 * MS + number * 33_333_333), received_ns=0)
-        if number in (0, 4):
+    source = simulated()
+    feed = WorldFeed([source])
+    for number in range(0, 10, 2):
+        feed.put(world_at(state_ns(number)), received_ns=0)
+        if number in (0, 8):
             assert source.take(0.0) is not None
     assert source.skipped == 3
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from tower.video.connection import receiving_connection, take_answer, user_data
 from tower.video.continuity import Continuity, follow
+from tower.video.convert import Part, to_bgra
 from tower.video.reconnect import Session, Step, asked, delivered, next_step
 from wire.clock import Clock
 from wire.ice import DIRECT, Ways
@@ -48,17 +49,16 @@ class DecodedFrame:
     capture_ns: int  # vehicle clock, from inside the picture
     sequence: int
     decoded_ns: int  # tower clock
-    image: NDArray[np.uint8]  # (H, W, 4) BGRA, contiguous: pygame.image.frombuffer(image, (W, H), "BGRA")
+    frame: VideoFrame  # as the decoder gave it: converted only when, and as large as, it is shown
 
+    def pixels(self, part: Part | None, size: tuple[int, int]) -> NDArray[np.uint8]:
+        """(H, W, 4) BGRA, contiguous, of a part of the picture (None: all) at that size: for pygame.image.frombuffer."""
+        return to_bgra(self.frame, part, size)
 
-@dataclass(frozen=True, slots=True)
-class _Decoded:
-    """A picture as the decoder gave it; its conversion waits until somebody wants to see it."""
-
-    frame: VideoFrame
-    capture_ns: int
-    sequence: int
-    decoded_ns: int
+    @property
+    def image(self) -> NDArray[np.uint8]:
+        """The whole picture as it came, (H, W, 4) BGRA, contiguous."""
+        return to_bgra(self.frame)
 
 
 class VideoReceiver:
@@ -72,7 +72,7 @@ class VideoReceiver:
         self.sessions = 0  # answered by the car, since start
         self._newest_ns: int | None = None  # when the newest picture of any camera was decoded
         self._link, self._clock, self._ways = link, clock, ways
-        self._slots: dict[str, _Decoded] = {}
+        self._slots: dict[str, DecodedFrame] = {}
         self._shown: dict[str, DecodedFrame] = {}
         self._lock = threading.Lock()
         self._halt = threading.Event()
@@ -90,6 +90,10 @@ class VideoReceiver:
             if self._keeper is not None:
                 self._keeper.result(timeout=_ASK_TIMEOUT_S + 3.0)  # raises what went wrong on the loop, if anything did
 
+    def watch(self, cameras: tuple[str, ...]) -> None:
+        """The cameras wanted from now on; a change asks for a new session, () for none."""
+        self.cameras = cameras
+
     def newest(self, camera: str) -> DecodedFrame | None:
         """The newest whole picture, the same until a newer one comes (compare `sequence`); None before the first."""
         if self._keeper is not None and self._keeper.done():
@@ -97,26 +101,22 @@ class VideoReceiver:
         with self._lock:
             fresh = self._slots.pop(camera, None)
         if fresh is not None:
-            self._shown[camera] = DecodedFrame(
-                camera=camera,
-                capture_ns=fresh.capture_ns,
-                sequence=fresh.sequence,
-                decoded_ns=fresh.decoded_ns,
-                image=_bgra(fresh.frame),
-            )
+            self._shown[camera] = fresh
         return self._shown.get(camera)
 
     async def _keep_session(self) -> None:
         """Until the end: look at the session, and ask for a new one when the rule says so."""
-        state = Session()
+        state, asked_for = Session(), self.cameras
         connection: RTCPeerConnection | None = None
         readers: Readers = []
         try:
             while not self._halt.is_set():
                 has_failed = connection is not None and connection.connectionState in ("failed", "closed")
-                if next_step(state, self._clock.now_ns(), self._newest_ns, has_failed) is Step.ASK:
+                if asked_for != self.cameras:
+                    state, asked_for = Session(), self.cameras
+                if asked_for and next_step(state, self._clock.now_ns(), self._newest_ns, has_failed) is Step.ASK:
                     await _end(connection, readers)
-                    connection, readers = await self._open()
+                    connection, readers = await self._open(asked_for)
                     state = asked(state, self._clock.now_ns(), bool(readers))
                 elif self._newest_ns is not None and self._newest_ns > state.opened_ns:
                     state = delivered(state)
@@ -124,10 +124,10 @@ class VideoReceiver:
         finally:
             await _end(connection, readers)
 
-    async def _open(self) -> tuple[RTCPeerConnection | None, Readers]:
+    async def _open(self, cameras: tuple[str, ...]) -> tuple[RTCPeerConnection | None, Readers]:
         """Offer, ask, take the answer: (connection, a reader per camera), or (None, []) without an answer."""
-        connection = await receiving_connection(len(self.cameras), self._ways)
-        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=self.cameras)
+        connection = await receiving_connection(len(cameras), self._ways)
+        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=cameras)
         answer = await asyncio.get_running_loop().run_in_executor(None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
         refused = "the car did not answer" if answer is None else answer.rule or await take_answer(connection, answer.sdp)
         if refused:
@@ -136,9 +136,7 @@ class VideoReceiver:
             return None, []
         self.sessions += 1
         tracks = [transceiver.receiver.track for transceiver in connection.getTransceivers()]
-        return connection, [
-            asyncio.ensure_future(self._read(camera, track)) for camera, track in zip(self.cameras, tracks, strict=True)
-        ]
+        return connection, [asyncio.ensure_future(self._read(camera, track)) for camera, track in zip(cameras, tracks, strict=True)]
 
     async def _read(self, camera: str, track: MediaStreamTrack) -> None:
         """Every decoded picture of one camera into its slot, until the track ends."""
@@ -165,12 +163,10 @@ class VideoReceiver:
             return state
         with self._lock:
             self.replaced[camera] += camera in self._slots
-            self._slots[camera] = _Decoded(frame, stamp.capture_ns, stamp.sequence, decoded_ns)
+            self._slots[camera] = DecodedFrame(
+                camera=camera, capture_ns=stamp.capture_ns, sequence=stamp.sequence, decoded_ns=decoded_ns, frame=frame
+            )
         return state
-
-
-def _bgra(frame: VideoFrame) -> NDArray[np.uint8]:
-    return np.asarray(frame.to_ndarray(format="bgra"), np.uint8)
 
 
 async def _end(connection: RTCPeerConnection | None, readers: Readers) -> None:

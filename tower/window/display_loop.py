@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-import numpy as np
-import numpy.typing as npt
 import pygame
 
 from tower.window.age_history import Sample, add
+from tower.window.camera_views import cameras_of
 from tower.window.course import Motion, remember
 from tower.window.drive_log import DriveLog
 from tower.window.forecast import Minute, forecast
@@ -16,8 +15,10 @@ from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, next_input, next_window_keys, released
 from tower.window.looks import known_mode
 from tower.window.picture_age import PictureSeen, PictureState, age_ns, see
+from tower.window.picture_layout import FRONT, SHOWN
+from tower.window.pictures import Frame
 from tower.window.replay_mark import ReplayMark
-from tower.window.replay_ring import ReplayRing
+from tower.window.replay_ring import HIGH_PX, WIDE_PX, ReplayRing
 from tower.window.sights import OPERATOR_STALE_NS, Sights
 from tower.window.snapshot import Choice, SnapshotWriter, choose
 from tower.window.sounds import Player
@@ -29,6 +30,7 @@ from wire.latest import Latest
 from wire.messages.base import Message
 from wire.messages.operating import OperatorInput, ShownFrame, WindowStatus
 from wire.messages.vehicle import Mode
+from wire.rear_view import is_rear_asked_for, is_rear_wanted
 from wire.road import Road
 
 _INPUT_NS = 1_000_000_000 // 60
@@ -36,21 +38,11 @@ _REDRAW_NS = 40_000_000  # without a new picture
 _STANDING_KNOWN_NS = 500_000_000  # older news of the speed do not allow a gear change
 
 
-class Frame(Protocol):
-    """A decoded picture, as tower.video.receiver gives it."""
-
-    @property
-    def image(self) -> npt.NDArray[np.uint8]: ...  # (H, W, 4) BGRA
-    @property
-    def capture_ns(self) -> int: ...  # vehicle clock
-    @property
-    def decoded_ns(self) -> int: ...  # tower clock
-
-
 class Video(Protocol):
     @property
     def replaced(self) -> Mapping[str, int]: ...  # decoded but never fetched, by camera
     def newest(self, camera: str) -> Frame | None: ...
+    def watch(self, cameras: tuple[str, ...]) -> None: ...
 
 
 class WindowLink(Protocol):
@@ -85,7 +77,6 @@ class DisplayLoop:
     def __init__(
         self,
         *,
-        camera: str,
         recording: str,
         full_screen: bool,
         link: WindowLink,
@@ -96,7 +87,7 @@ class DisplayLoop:
         clock: Clock,
         replay: str = "",
     ) -> None:
-        self._camera, self._recording = camera, recording
+        self._recording = recording
         self._link, self._video, self._screen = link, video, screen
         self._writer, self._player, self._clock = writer, player, clock
         self._replay = ReplayMark(replay) if replay else None
@@ -104,13 +95,15 @@ class DisplayLoop:
         self._hud, self._log, self._choice = Hud(), DriveLog(), Choice()
         self._input: OperatorInput = released(clock.now_ns())
         self._keys = WindowKeys(full_screen=full_screen)
-        self._picture: PictureSeen | None = None
+        self._pictures: dict[str, PictureSeen] = {}
+        self._rear_asked_ns: int | None = None
         self._history: tuple[Sample, ...] = ()
         self._motions: tuple[Motion, ...] = ()
         self._minute = Minute()
         self._ring = ReplayRing()
         self._heard_ns: dict[str, int] = {}
-        self._drawn_ns = self._shown_capture_ns = 0
+        self._drawn_ns = 0
+        self._shown_capture_ns: dict[str, int] = {}  # by camera
         self._bars = 0  # of link quality, as shown last
         self._sequence = 0
         self._over = False
@@ -118,17 +111,30 @@ class DisplayLoop:
     def step(self, now_ns: int) -> bool:
         """Look at everything once; draw when there is something new or it is time. True: the operator quits."""
         self._read_keys(now_ns)
-        frame = self._video.newest(self._camera)
-        is_new = frame is not None and frame.capture_ns != self._shown_capture_ns
-        if frame is not None and is_new:
-            self._ring.keep(frame.image, now_ns)
-        self._picture = see(self._picture, frame.capture_ns if frame is not None else None, now_ns)
+        frames = self._newest(now_ns)
+        front = frames.get(FRONT)
+        if front is not None and front.capture_ns != self._shown_capture_ns.get(FRONT) and self._ring.is_due(now_ns):
+            self._ring.keep(front.pixels(None, (WIDE_PX, HIGH_PX)), now_ns)
         self._learn(now_ns)
-        if is_new or now_ns - self._drawn_ns >= _REDRAW_NS:
-            model = self._draw(frame, now_ns)
-            self._report(frame if is_new else None, model)
+        if self._is_due(frames, now_ns):
+            model = self._draw(frames, now_ns)
+            self._report({name: frame for name, frame in frames.items() if name in model.cameras}, model)
             self._follow(model, now_ns)
         return self._keys.quit
+
+    def _newest(self, now_ns: int) -> dict[str, Frame]:
+        found = {name: frame for name in SHOWN if (frame := self._video.newest(name)) is not None}
+        for name, frame in found.items():
+            seen = see(self._pictures.get(name), frame.capture_ns, now_ns)
+            if seen is not None:
+                self._pictures[name] = seen
+        return found
+
+    def _is_due(self, frames: Mapping[str, Frame], now_ns: int) -> bool:
+        """A new front picture is drawn at once; a new side picture waits for it, unless it is late."""
+        front = frames.get(FRONT)
+        is_new = front is not None and front.capture_ns != self._shown_capture_ns.get(FRONT)
+        return is_new or now_ns - self._drawn_ns >= _REDRAW_NS
 
     def _read_keys(self, now_ns: int) -> None:
         presses = self._screen.presses()
@@ -167,10 +173,18 @@ class DisplayLoop:
             if mode in (Mode.REMOTE, Mode.HANDING_BACK):
                 self._log.add_loop_age(said)
                 loop_ms = round(said.loop_age_ms)
-        age = age_ns(self._picture, now_ns, self._offset_ns())
+        self._learn_of_cameras(now_ns)
+        age = age_ns(self._pictures.get(FRONT), now_ns, self._offset_ns())
         self._minute = add_second(self._minute, self._loop_to_expect_ms(age, now_ns), now_ns)
         self._ring.follow(mode is Mode.TAKEOVER_REQUESTED, now_ns)
         self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns, self._bars)
+
+    def _learn_of_cameras(self, now_ns: int) -> None:
+        description, state = self._levels["vehicle_description"].get(), self._levels["vehicle_state"].get()
+        if description is not None and self._is_news("vehicle_description", description.received_ns):
+            self._video.watch(cameras_of(description.message))
+        if state is not None and is_rear_asked_for(state.message):
+            self._rear_asked_ns = state.received_ns
 
     def _is_news(self, name: str, received_ns: int) -> bool:
         news = self._heard_ns.get(name) != received_ns
@@ -189,9 +203,9 @@ class DisplayLoop:
         operator = self._levels["operator_status"].get()
         return operator.message.clock_offset_ns if operator is not None and operator.message.clock_bound_ns > 0 else None
 
-    def _draw(self, frame: Frame | None, now_ns: int) -> ViewModel:
+    def _draw(self, frames: Mapping[str, Frame], now_ns: int) -> ViewModel:
         model = view_model(self._sights(now_ns))
-        self._hud.draw(self._screen.surface, frame.image if frame is not None else None, model)
+        self._hud.draw(self._screen.surface, frames, model)
         if self._replay is not None:
             self._replay.draw(self._screen.surface)
         self._screen.flip()
@@ -208,13 +222,13 @@ class DisplayLoop:
             operator=newest["operator_status"],
             autonomy=newest["autonomy_status"],
             scene=newest["scene"],
-            picture=self._picture,
+            pictures=self._pictures,
+            rear_wanted=is_rear_wanted(self._rear_asked_ns, now_ns),
             history=self._history,
             motions=self._motions,
             forecast=forecast(self._minute, description.message.speed_max_remote_m_s) if description is not None else None,
             replay=self._ring.frame(now_ns),
             window_device=self._input.device,
-            camera=self._camera,
             log=self._log,
             road_map=road_map.message if road_map is not None else None,
             description=description.message if description is not None else None,
@@ -223,13 +237,15 @@ class DisplayLoop:
             recording=self._recording,
         )
 
-    def _report(self, new: Frame | None, model: ViewModel) -> None:
-        """After the flip: what stands on screen."""
+    def _report(self, frames: Mapping[str, Frame], model: ViewModel) -> None:
+        """After the flip: what stands on screen. A picture that is not shown any more is not reported either."""
         shown_ns = self._clock.now_ns()
-        frames: tuple[ShownFrame, ...] = ()
-        if new is not None:
-            self._shown_capture_ns = new.capture_ns
-            frames = (ShownFrame(camera=self._camera, capture_ns=new.capture_ns, decoded_ns=new.decoded_ns, shown_ns=shown_ns),)
+        shown = tuple(
+            ShownFrame(camera=name, capture_ns=frame.capture_ns, decoded_ns=frame.decoded_ns, shown_ns=shown_ns)
+            for name, frame in frames.items()
+            if frame.capture_ns != self._shown_capture_ns.get(name)
+        )
+        self._shown_capture_ns = {name: frame.capture_ns for name, frame in frames.items()}
         self._sequence += 1
         self._link.publish(
             "window_status",
@@ -237,9 +253,9 @@ class DisplayLoop:
                 stamp_ns=shown_ns,
                 sequence=self._sequence,
                 frozen=model.picture.state is PictureState.FROZEN,
-                shown=frames,
-                displayed_capture_ns={self._camera: self._shown_capture_ns} if self._shown_capture_ns else {},
-                frames_dropped=self._video.replaced.get(self._camera, 0),
+                shown=shown,
+                displayed_capture_ns=dict(self._shown_capture_ns),
+                frames_dropped=sum(self._video.replaced.values()),
             ),
         )
 

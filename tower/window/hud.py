@@ -3,12 +3,9 @@
 Draws; decides nothing. Everything is plain surfaces, so a test or a screenshot needs no screen.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-import cv2
-import numpy as np
-import numpy.typing as npt
 import pygame
 
 from tower.window.banner import draw_subtitle, draw_tab
@@ -23,16 +20,14 @@ from tower.window.ink import Ink
 from tower.window.layout import Box, Layout, layout
 from tower.window.looks import Look
 from tower.window.map_view import draw_map
-from tower.window.overlays import draw_help, draw_picture_state, draw_toast
+from tower.window.overlays import draw_help, draw_picture_state, draw_tag, draw_toast, tag_box
 from tower.window.panels import draw_link, draw_operator, operator_height
-from tower.window.picture_age import PictureState
+from tower.window.picture_layout import FRONT
+from tower.window.pictures import Frame, Pictures
 from tower.window.road_view import RoadPainter
 from tower.window.views import ViewModel
 
 V = TypeVar("V")
-Picture = npt.NDArray[np.uint8]  # (H, W, 4) BGRA
-_BEHIND = (16, 20, 26)  # where there is no picture
-_DARKENED = 84  # of 255: what is left of a frozen picture's brightness
 
 
 class Hud:
@@ -44,47 +39,37 @@ class Hud:
         self._at: Layout | None = None
         self._parts: dict[str, tuple[object, pygame.Surface]] = {}
         self._frame: tuple[Look, tuple[tuple[pygame.Surface, Box], ...]] | None = None
-        self._scaled: Picture | None = None
+        self._pictures = Pictures()
 
     @property
     def text_sizes_px(self) -> frozenset[int]:
         return self._type.sizes_px
 
-    def draw(self, surface: pygame.Surface, picture: Picture | None, model: ViewModel) -> None:
+    def draw(self, surface: pygame.Surface, frames: Mapping[str, Frame], model: ViewModel) -> None:
         """Everything, bottom to top, onto the window's surface."""
-        at = self._layout(surface, picture)
-        self._draw_picture(surface, picture, at, dark=model.picture.state is PictureState.FROZEN or model.end is not None)
-        if model.road is not None and picture is not None:
-            self._road.draw(surface, at.picture, model.road, at.scale, self._type)
+        at = self._layout(surface, model)
+        self._pictures.draw(surface, frames, at, model.cameras, dark=model.end is not None)
+        if model.road is not None and FRONT in frames:
+            self._road.draw(surface, at.pictures[FRONT], model.road, at.scale, self._type)
+        self._draw_tags(surface, at, model)
         self._draw_panels(surface, at, model)
         self._draw_overlays(surface, at, model)
         self._draw_frame(surface, at, model.banner.look)
         self._blit(surface, "tab", at.tab, model.banner.look, draw_tab)
 
-    def _layout(self, surface: pygame.Surface, picture: Picture | None) -> Layout:
-        shape = (picture.shape[1], picture.shape[0]) if picture is not None else (1280, 720)
-        fresh = layout(*surface.get_size(), shape)
+    def _layout(self, surface: pygame.Surface, model: ViewModel) -> Layout:
+        fresh = layout(*surface.get_size(), {name: view.shape for name, view in model.cameras.items()})
         if fresh != self._at:
-            self._at, self._frame, self._scaled = fresh, None, None
+            self._at, self._frame = fresh, None
             self._parts.clear()
         return fresh
 
-    def _draw_picture(self, surface: pygame.Surface, picture: Picture | None, at: Layout, dark: bool) -> None:
-        box = at.picture
-        if picture is None or dark or (box.w, box.h) != surface.get_size():
-            surface.fill(_BEHIND if picture is None else (0, 0, 0))
-        if picture is None:
-            return
-        if picture.shape[:2] != (box.h, box.w):
-            self._scaled = cv2.resize(picture, (box.w, box.h), dst=self._scaled, interpolation=cv2.INTER_LINEAR).astype(
-                np.uint8, copy=False
-            )
-            picture = self._scaled
-        image = pygame.image.frombuffer(np.ascontiguousarray(picture).data, (box.w, box.h), "BGRA")
-        image.set_alpha(None)  # opaque: a plain copy, 0.3 ms instead of 0.7
-        if dark:
-            image.set_alpha(_DARKENED)
-        surface.blit(image, (box.x, box.y))
+    def _draw_tags(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
+        """What is wrong with a side or rear picture stands on it; of the front one the tape tells."""
+        for name, view in model.cameras.items():
+            box = at.pictures.get(name)
+            if view.tag and name != FRONT and box is not None:
+                self._blit(surface, f"tag {name}", tag_box(box, at.scale), view.tag, draw_tag)
 
     def _draw_panels(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
         self._blit(surface, "dial", at.dial, model.dial, draw_dial)
@@ -96,7 +81,8 @@ class Hud:
 
     def _draw_overlays(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
         if model.picture.title:
-            tape = Box(0, round(at.height_px * 0.40), at.width_px, max(1, round(150 * at.scale)))
+            front = at.pictures[FRONT]
+            tape = Box(front.x, round(front.y + front.h * 0.40), front.w, max(1, round(150 * at.scale)))
             self._blit(surface, "state", tape, model.picture, draw_picture_state)
         if model.end is not None:
             self._blit(surface, "end", at.end, model.end, draw_end)

@@ -4,25 +4,16 @@ Nothing stands on the road: between the horizon and the bonnet the middle of the
 stand above the horizon, figures in the corners and over the last half metre before the bumper.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
+from tower.window.picture_layout import ASSUMED, FRONT, Box, Shape, places
+
+__all__ = ["Box", "Layout", "layout"]
 DESIGN_W, DESIGN_H = 1280.0, 720.0
 FRAME = 12.0  # thickness of the coloured frame
 MARGIN = 26.0  # of panels to the window's edge
 _SMALLEST = 0.15  # scale below which nothing could be read or drawn
-
-
-class Box(NamedTuple):
-    """Pixels: left, top, width, height."""
-
-    x: int
-    y: int
-    w: int
-    h: int
-
-    def overlaps(self, other: "Box") -> bool:
-        return self.x < other.x + other.w and other.x < self.x + self.w and self.y < other.y + other.h and other.y < self.y + self.h
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +21,7 @@ class Layout:
     width_px: int
     height_px: int
     scale: float
-    picture: Box  # where the picture goes, its shape kept
+    pictures: dict[str, Box]  # where each camera's picture goes; the front one, `pictures[FRONT]`, is always there
     tab: Box  # who drives
     subtitle: Box
     card: Box
@@ -46,12 +37,13 @@ class Layout:
     clear_zone: Box
 
 
-def layout(width_px: int, height_px: int, picture_shape: tuple[int, int] = (1280, 720)) -> Layout:
-    """The layout of a window; `picture_shape` is width and height of the camera's picture."""
+def layout(width_px: int, height_px: int, shapes: Mapping[str, Shape] = ASSUMED) -> Layout:
+    """The layout of a window; `shapes`: width and height of the picture of each camera to be shown, the front one among them."""
     scale = max(min(width_px / DESIGN_W, height_px / DESIGN_H), _SMALLEST)
     wide, high = width_px / scale, height_px / scale
     middle = wide / 2
     low = high - MARGIN
+    pictures = places(width_px, height_px, shapes, scale)
 
     def box(x: float, y: float, w: float, h: float) -> Box:
         return Box(round(x * scale), round(y * scale), max(1, round(w * scale)), max(1, round(h * scale)))
@@ -60,7 +52,7 @@ def layout(width_px: int, height_px: int, picture_shape: tuple[int, int] = (1280
         width_px=width_px,
         height_px=height_px,
         scale=scale,
-        picture=_letterbox(width_px, height_px, picture_shape),
+        pictures=pictures,
         tab=box(middle - 210, 0, 420, 58),
         subtitle=box(middle - 330, 66, 660, 36),
         card=box(middle - 320, 68, 640, 197),
@@ -73,11 +65,11 @@ def layout(width_px: int, height_px: int, picture_shape: tuple[int, int] = (1280
         help=box(MARGIN, MARGIN, 322, 448),
         toast=box(middle - 340, low - 92 - 48, 680, 40),
         end=box(middle - 290, high / 2 - 202, 580, 404),
-        clear_zone=box(middle - 350, high * 0.37, 700, high * 0.46),
+        clear_zone=_clear_zone(pictures[FRONT]),
     )
 
 
-def _letterbox(width_px: int, height_px: int, shape: tuple[int, int]) -> Box:
-    zoom = min(width_px / shape[0], height_px / shape[1])
-    w, h = max(1, round(shape[0] * zoom)), max(1, round(shape[1] * zoom))
-    return Box((width_px - w) // 2, (height_px - h) // 2, w, h)
+def _clear_zone(front: Box) -> Box:
+    """Of the front picture: the road, from the horizon to the bonnet."""
+    left, top = round(front.x + front.w * 0.23), round(front.y + front.h * 0.37)
+    return Box(left, top, max(1, round(front.w * 0.54)), max(1, round(front.h * 0.46)))

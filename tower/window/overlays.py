@@ -3,6 +3,7 @@
 from tower.window.fonts import BOLD, MEDIUM, REGULAR
 from tower.window.ink import Ink
 from tower.window.keys import BINDINGS
+from tower.window.layout import Box
 from tower.window.looks import AMBER
 from tower.window.palette import DIM, PANEL, TEXT, Rgba
 from tower.window.picture_age import PictureState
@@ -26,6 +27,22 @@ def draw_picture_state(ink: Ink, view: PictureView) -> None:
             ink.polygon([(x + 14, top), (x + 28, top), (x + 14, top + 14), (x, top + 14)], _AMBER)
     ink.text(view.title, wide / 2, high / 2 + 12, 68, _AMBER, BOLD, "centre", room=wide)
     ink.text(view.detail, wide / 2, high / 2 + 47, 22, TEXT, MEDIUM, "centre", room=wide)
+
+
+_TAG_W, _TAG_H = 190.0, 34.0
+
+
+def tag_box(picture: Box, scale: float) -> Box:
+    """Where the tag of a side or rear picture stands: in its middle, no wider than it."""
+    w, h = max(1, min(round(_TAG_W * scale), picture.w)), max(1, round(_TAG_H * scale))
+    return Box(picture.x + (picture.w - w) // 2, picture.y + (picture.h - h) // 2, w, h)
+
+
+def draw_tag(ink: Ink, text: str) -> None:
+    """FROZEN or NO PICTURE over one camera's picture."""
+    wide, high = ink.size
+    ink.box(0, 0, wide, high, (*_BLACK[:3], 236), 6)
+    ink.text(text, wide / 2, high / 2 + 6, 17, _AMBER, BOLD, "centre", room=wide - 10)
 
 
 def draw_toast(ink: Ink, text: str) -> None:

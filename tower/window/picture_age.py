@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 FROZEN_AFTER_NS = 200_000_000
+SIDE_FROZEN_AFTER_NS = 500_000_000  # ours: of a camera that may lose frame rate, down to 5 Hz, before the driving loop does
 LATE_AFTER_NS = 500_000_000  # the car stops by itself beyond it
 _RESTART_NS = 10_000_000_000  # ours: a stamp that falls back farther comes from a restarted car, whose clock began anew
 
@@ -46,10 +47,12 @@ def age_ns(seen: PictureSeen | None, now_ns: int, clock_offset_ns: int | None) -
     return max(now_ns + clock_offset_ns - seen.capture_ns, since_arrival)
 
 
-def picture_state(seen: PictureSeen | None, now_ns: int, clock_offset_ns: int | None) -> PictureState:
+def picture_state(
+    seen: PictureSeen | None, now_ns: int, clock_offset_ns: int | None, frozen_after_ns: int = FROZEN_AFTER_NS
+) -> PictureState:
     age = age_ns(seen, now_ns, clock_offset_ns)
     if seen is None or age is None:
         return PictureState.NONE
-    if now_ns - seen.new_since_ns > FROZEN_AFTER_NS:
+    if now_ns - seen.new_since_ns > frozen_after_ns:
         return PictureState.FROZEN
     return PictureState.LATE if clock_offset_ns is not None and age > LATE_AFTER_NS else PictureState.LIVE

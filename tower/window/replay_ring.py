@@ -35,9 +35,13 @@ class ReplayRing:
         self._since_ns: int | None = None  # tower clock: the replay's begin
         self._frames: list[ReplayFrame] = []
 
+    def is_due(self, now_ns: int) -> bool:
+        """Whether `keep` would keep a picture now: scaling those it passes over is saved."""
+        return self._since_ns is None and not (self._kept and now_ns - self._kept[-1][0] < PERIOD_NS - _EARLY_NS)
+
     def keep(self, image: npt.NDArray[np.uint8], now_ns: int) -> None:
         """A new picture of the live video; most are passed over. Costs 0.2 ms ten times a second."""
-        if self._since_ns is not None or (self._kept and now_ns - self._kept[-1][0] < PERIOD_NS - _EARLY_NS):
+        if not self.is_due(now_ns):
             return
         cv2.resize(image, (WIDE_PX, HIGH_PX), dst=self._images[self._next], interpolation=cv2.INTER_LINEAR)
         self._kept = [(at, slot) for at, slot in self._kept if slot != self._next and now_ns - at <= SPAN_NS]

@@ -7,6 +7,7 @@ it; the place of a request as long as it is open. Nothing is drawn over a pictur
 from tower.window.course import Motion, Pose, Strip, in_car_frame, moved, predicted, ribbon, stopping_distance_m, strip
 from tower.window.looks import known_mode
 from tower.window.picture_age import PictureState, age_ns, picture_state
+from tower.window.picture_layout import FRONT
 from tower.window.projection import camera_named
 from tower.window.sights import Sights
 from tower.window.views import RoadView
@@ -25,7 +26,7 @@ _STEERED = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
 
 def road_view(sights: Sights) -> RoadView | None:
     """None: nothing is drawn on the road."""
-    camera = camera_named(sights.description, sights.camera)
+    camera = camera_named(sights.description, FRONT)
     mode = known_mode(sights.status, sights.now_ns)
     state = picture_state(sights.picture, sights.now_ns, sights.clock_offset_ns)
     if camera is None or sights.picture is None or mode is None or state is PictureState.FROZEN:

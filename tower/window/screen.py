@@ -21,12 +21,25 @@ class ScreenError(ConfigurationError):
     """No window can be opened; the text names the fix."""
 
 
+def how_to_open(settings: WindowSettings, full_screen: bool, monitors: list[tuple[int, int]]) -> tuple[tuple[int, int], int, int]:
+    """Size, pygame's flags and the display of the window.
+
+    monitors  their sizes as SDL counts them; spanning, they stand side by side from left to right
+    """
+    display = min(settings.display, max(len(monitors) - 1, 0))  # a monitor that was unplugged must not keep the window away
+    if full_screen and settings.span_displays and len(monitors) > 1:
+        return (sum(width for width, _ in monitors), min(height for _, height in monitors)), pygame.NOFRAME, 0
+    if full_screen:
+        return (0, 0), pygame.FULLSCREEN, display
+    return (settings.width_px, settings.height_px), pygame.RESIZABLE, display
+
+
 class Screen:
     """`with Screen(settings) as screen:` - without a display the window is drawn all the same, into memory."""
 
     def __init__(self, settings: WindowSettings, saved: Saved | None = None) -> None:
         """saved: calibrated devices"""
-        self._size = (settings.width_px, settings.height_px)
+        self._settings = settings
         self._full_screen = settings.full_screen
         self._codes: dict[int, Control] = {}
         self._joysticks = Joysticks(saved or {})
@@ -50,8 +63,13 @@ class Screen:
         pygame.display.quit()
 
     def _open(self) -> None:
-        flags = pygame.FULLSCREEN if self._full_screen else pygame.RESIZABLE
-        pygame.display.set_mode((0, 0) if self._full_screen else self._size, flags)
+        monitors = pygame.display.get_desktop_sizes()
+        size, flags, display = how_to_open(self._settings, self._full_screen, monitors)
+        if flags & pygame.NOFRAME:
+            os.environ["SDL_VIDEO_WINDOW_POS"] = "0,0"  # read by SDL whenever a window is made
+        else:
+            os.environ.pop("SDL_VIDEO_WINDOW_POS", None)
+        pygame.display.set_mode(size, flags, display=display)
         pygame.display.set_caption(TITLE)
 
     def show_full(self, full_screen: bool) -> None:

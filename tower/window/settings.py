@@ -11,7 +11,8 @@ class WindowSettings(Message):
     width_px: Annotated[int, Meta(ge=320, le=7680)] = 1280
     height_px: Annotated[int, Meta(ge=180, le=4320)] = 720
     full_screen: bool = False
-    camera: Name = "front"  # the camera that fills the window
+    display: Annotated[int, Meta(ge=0, le=15)] = 0  # number of the monitor, as SDL counts them from 0
+    span_displays: bool = False  # one window without a border over all monitors side by side; three of one size fit best
     sound: bool = True
     volume: Ratio = 0.6
     snapshot: Name = "window.png"  # written into the session's folder while the operator drives; "" writes none

@@ -1,6 +1,7 @@
 """Everything the window knows at one instant: the newest of each message and the window's own state. Plain data."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from tower.window.age_history import Sample
@@ -9,6 +10,7 @@ from tower.window.drive_log import DriveLog
 from tower.window.forecast import Forecast
 from tower.window.keys import WindowKeys
 from tower.window.picture_age import PictureSeen
+from tower.window.picture_layout import FRONT
 from tower.window.replay_ring import ReplayFrame
 from wire.latest import Received
 from wire.messages.automation import AutonomyStatus, RoadMap, Scene
@@ -33,8 +35,8 @@ class Sights:
     scene: Received[Scene] | None = None
     road_map: RoadMap | None = None
     description: VehicleDescription | None = None
-    picture: PictureSeen | None = None
-    camera: str = "front"  # the one the picture is of
+    pictures: Mapping[str, PictureSeen] = field(default_factory=dict)  # newest capture stamp by camera
+    rear_wanted: bool = False
     history: tuple[Sample, ...] = ()
     motions: tuple[Motion, ...] = ()  # the car's own measurements of the last moments
     forecast: Forecast | None = None
@@ -44,6 +46,11 @@ class Sights:
     focus: bool = True
     window_device: str = "keyboard"  # the one that the window reads, by its name
     recording: str = ""  # name of the session's folder
+
+    @property
+    def picture(self) -> PictureSeen | None:
+        """Of the front camera."""
+        return self.pictures.get(FRONT)
 
     @property
     def fresh_state(self) -> VehicleState | None:

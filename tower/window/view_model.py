@@ -6,6 +6,7 @@ Who drives is taken from the car's gateway_status alone, and only while it is fr
 from math import ceil, degrees
 
 from tower.window.briefing import briefing
+from tower.window.camera_views import camera_views
 from tower.window.card import UNFOCUSED, card, focus_is_missed
 from tower.window.looks import Driver, known_mode, look_at
 from tower.window.picture_age import PictureState, age_ns, picture_state
@@ -43,6 +44,7 @@ def view_model(sights: Sights) -> ViewModel:
     the_card, picture = card(sights), _picture(sights)
     return ViewModel(
         picture=picture,
+        cameras=camera_views(sights),
         road=road_view(sights),
         banner=_banner(sights, the_card is not None),
         dial=_dial(sights),

@@ -142,6 +142,15 @@ class PictureView:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CameraView:
+    """One camera's picture: its size, and what stands over it when it is not live."""
+
+    shape: tuple[int, int]  # width and height, pixels
+    state: PictureState
+    tag: str  # "" when it is live
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class EndView:
     title: str
     rows: tuple[tuple[str, str, Mode | None], ...]  # label, figure, the mode whose colour it has in the bar
@@ -151,7 +160,8 @@ class EndView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewModel:
-    picture: PictureView
+    picture: PictureView  # of the front camera
+    cameras: dict[str, CameraView]  # those to be shown, by name; the front one among them
     road: RoadView | None
     banner: BannerView
     dial: DialView

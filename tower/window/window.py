@@ -41,12 +41,11 @@ def run(config: Path, stop: threading.Event) -> int:
     with (
         open_link(wire.link, Role.WINDOW, clock, stop) as link,
         Screen(settings, store.load(store.folder())) as screen,
-        VideoReceiver(link, clock, (settings.camera,), servers) as video,
+        VideoReceiver(link, clock, (), servers) as video,
         SnapshotWriter(_snapshot_path(wire, settings)) as writer,
         Pace(_LOOK_S, clock, stop) as pace,
     ):
         loop = DisplayLoop(
-            camera=settings.camera,
             recording=Path(wire.session.folder).name,
             full_screen=settings.full_screen,
             replay=settings.replay,

@@ -7,10 +7,10 @@ the middle, and the road enters the picture where its lower edge meets the groun
 from math import atan, cos, degrees, hypot, pi, tan
 
 from vehicle_gateway.check.facts import CameraCheck, Check, Facts, Outcome, Verdict
-from vehicle_gateway.reverse import REAR
 from vehicle_gateway.safe_stop import stopping_distance_m
 from vehicle_gateway.video.settings import parse_source
 from wire.messages.vehicle import CameraCalibration
+from wire.rear_view import REAR
 
 VIEW_DEG = (20.0, 150.0)  # across; a pinhole wider than that is a fisheye
 MOUNT_M = 0.3  # a camera may stand out of the outline by this: mirror, roof rack, bumper

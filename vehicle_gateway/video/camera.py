@@ -8,10 +8,12 @@ import threading
 import zlib
 from collections import deque
 from collections.abc import Callable
+from typing import NamedTuple
 
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.freshness import Freshness, judge
-from vehicle_gateway.video.picture import Picture, Source
+from vehicle_gateway.video.load import LATE_PERIODS, is_late
+from vehicle_gateway.video.picture import Picture, Source, luma
 from vehicle_gateway.video.sei import stamp_nal
 from wire.clock import Clock
 from wire.messages.health import LoopHealth
@@ -22,35 +24,74 @@ from wire.picture import EncodedPicture
 from wire.stamp import Stamp
 
 Deliver = Callable[[EncodedPicture, int], None]  # the picture, and the time it was ready
+_DIGEST_ROWS = 16  # one row in so many tells a new picture from a repeated one: the noise of a sensor is in every row
+_LOOK_S = 0.05  # how often a camera that is not wanted looks whether it is
 _REPEAT_AFTER_S = 0.1  # a source that gives nothing is shown again at this interval (or 1.5 periods of a slower camera)
 _LIVE_NS = 1_000_000_000  # without new content for this long the camera no longer shows the road ahead now
 _SECOND_NS = 1_000_000_000
 
 
+class _Encoded(NamedTuple):
+    ready_ns: int
+    size: int  # bytes
+    encode_ns: int
+    age_ns: int  # since its capture, when it was ready
+
+
 class CameraLoop:
     """run() on its own thread; status() and health() from any other."""
 
-    def __init__(self, calibration: CameraCalibration, source: Source, encoder: Encoder, clock: Clock, deliver: Deliver) -> None:
+    def __init__(
+        self,
+        calibration: CameraCalibration,
+        source: Source,
+        encoder: Encoder,
+        clock: Clock,
+        deliver: Deliver,
+        is_wanted: Callable[[int], bool] = lambda now_ns: True,
+    ) -> None:
+        """is_wanted: whether anybody needs pictures at that time; while nobody does none is encoded."""
         self.calibration = calibration
         self.encoder = encoder
+        self.rate_hz = calibration.frame_rate_hz
+        self._is_wanted = is_wanted
         self._source, self._clock, self._deliver = source, clock, deliver
         self._wait_s = max(_REPEAT_AFTER_S, 1.5 / calibration.frame_rate_hz)
         self._freshness = Freshness()
         self._lateness = Lateness(round(1e9 / calibration.frame_rate_hz))
         self._previous: Picture | None = None
         self._previous_ns: int | None = None
-        self._encoded: deque[tuple[int, int, int]] = deque(maxlen=256)  # (ready_ns, bytes, encode_ns)
+        self._encoded: deque[_Encoded] = deque(maxlen=256)
+        self._skipped_before = 0
 
     def run(self, halt: threading.Event) -> None:
         while not halt.is_set():
+            if not self._is_wanted(self._clock.now_ns()):
+                self._rest(halt)
+                continue
             picture = self._source.take(self._wait_s) or self._previous
             if picture is not None:
                 self.step(picture, self._clock.now_ns())
 
+    def _rest(self, halt: threading.Event) -> None:
+        """Until somebody wants pictures: nothing is shown again then that was seen before."""
+        self._previous = self._previous_ns = None
+        while not halt.wait(_LOOK_S):
+            if self._is_wanted(self._clock.now_ns()):
+                self._source.take(0.0)  # from before
+                return
+
+    def limit(self, rate_hz: float) -> None:
+        """No more pictures a second than this from now on."""
+        self.rate_hz = rate_hz
+        self._wait_s = max(_REPEAT_AFTER_S, 1.5 / rate_hz)
+        self._lateness.period_ns = round(1e9 / rate_hz)
+        self._source.limit(rate_hz)
+
     def step(self, picture: Picture, now_ns: int) -> None:
         """One picture, from the source or once more, to whoever receives them."""
         self._note_lateness(now_ns)
-        self._freshness = judge(self._freshness, zlib.crc32(picture.frame.planes[0]), picture.capture_ns)
+        self._freshness = judge(self._freshness, _digest(picture), picture.capture_ns)
         stamp = Stamp(self._freshness.capture_ns, self._freshness.pictures & 0xFFFFFFFF)
         unit = self.encoder.encode(picture.frame, now_ns)
         ready_ns = self._clock.now_ns()
@@ -62,7 +103,7 @@ class CameraLoop:
             annex_b=stamp_nal(stamp) + unit.annex_b,
         )
         self._deliver(coded, ready_ns)
-        self._encoded.append((ready_ns, len(coded.annex_b), ready_ns - now_ns))
+        self._encoded.append(_Encoded(ready_ns, len(coded.annex_b), ready_ns - now_ns, ready_ns - stamp.capture_ns))
         self._previous, self._previous_ns = picture, now_ns
 
     def _note_lateness(self, now_ns: int) -> None:
@@ -70,7 +111,7 @@ class CameraLoop:
             self._lateness.add(self._previous_ns + self._lateness.period_ns, now_ns)
 
     def status(self, now_ns: int, watching: int) -> CameraStatus:
-        recent = [entry for entry in tuple(self._encoded) if now_ns - entry[0] <= _SECOND_NS]
+        recent = self._last_second(now_ns)
         state = self._freshness
         return CameraStatus(
             stamp_ns=now_ns,
@@ -80,10 +121,24 @@ class CameraLoop:
             newest_capture_ns=state.capture_ns,
             frames=state.pictures,
             repeated=state.repeated,
-            bitrate_kbps=sum(size for _, size, _ in recent) * 8 / 1000,
-            encode_ms=sum(spent for _, _, spent in recent) / 1e6 / len(recent) if recent else 0.0,
+            bitrate_kbps=sum(each.size for each in recent) * 8 / 1000,
+            encode_ms=sum(each.encode_ns for each in recent) / 1e6 / len(recent) if recent else 0.0,
             watching=watching,
+            wanted=self._is_wanted(now_ns),
+            skipped=self._source.skipped,
+            nominal_hz=self.calibration.frame_rate_hz,
+            rate_hz=self.rate_hz,
         )
+
+    def was_late(self, now_ns: int) -> bool:
+        """Whether too many pictures of the last second were late or missing. To be asked once a second."""
+        recent, skipped = self._last_second(now_ns), self._source.skipped
+        late = sum(each.age_ns > LATE_PERIODS * 1e9 / self.calibration.frame_rate_hz for each in recent)
+        missing, self._skipped_before = skipped - self._skipped_before, skipped
+        return is_late(len(recent), late, missing)
+
+    def _last_second(self, now_ns: int) -> list["_Encoded"]:
+        return [each for each in tuple(self._encoded) if now_ns - each.ready_ns <= _SECOND_NS]
 
     def health(self, process: str, now_ns: int) -> LoopHealth:
         dropped = {"pictures skipped": self._source.skipped, "source lost": self._source.losses}
@@ -94,3 +149,7 @@ class CameraLoop:
             "other",
             {reason: count for reason, count in dropped.items() if count},
         )
+
+
+def _digest(picture: Picture) -> int:
+    return zlib.crc32(luma(picture.frame)[::_DIGEST_ROWS].tobytes())

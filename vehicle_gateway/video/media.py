@@ -23,6 +23,7 @@ from wire.messages.vehicle import CameraCalibration
 
 log = logging.getLogger(__name__)
 _OPEN_TIMEOUT_S, _READ_TIMEOUT_S = 5.0, 2.0
+_LIMIT_SHARE = 0.9  # of the period asked for: pictures come with jitter
 _BACK_OFF_FIRST_S, _BACK_OFF_MAX_S = 0.5, 5.0
 _FIX = {
     "file": "name a video file that FFmpeg can read",
@@ -40,6 +41,7 @@ class MediaSource:
         self._choice, self._calibration, self._clock = choice, calibration, clock
         self._watermark = Watermark(calibration.width_px, calibration.height_px) if choice.kind == "file" else None
         self._slot: NewestSlot[Picture] = NewestSlot()
+        self._least_ns = self._taken_ns = 0  # between two pictures; when the last one was taken
         self._halt = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"{choice.kind}-{calibration.name}", daemon=True)
         self._container = self._open_at_start()
@@ -55,6 +57,9 @@ class MediaSource:
     def __exit__(self, *_: object) -> None:
         self._halt.set()
         self._thread.join(timeout=_READ_TIMEOUT_S + 1.0)
+
+    def limit(self, rate_hz: float) -> None:
+        self._least_ns = 0 if rate_hz >= self._calibration.frame_rate_hz else round(_LIMIT_SHARE * 1e9 / rate_hz)
 
     def take(self, timeout_s: float) -> Picture | None:
         return self._slot.take(timeout_s)
@@ -91,8 +96,11 @@ class MediaSource:
         pictures = 0
         try:
             for frame in self._paced(container):
-                self._slot.put(self._picture(frame))
                 pictures += 1
+                now_ns = self._clock.now_ns()
+                if now_ns - self._taken_ns >= self._least_ns:
+                    self._taken_ns = now_ns
+                    self._slot.put(self._picture(frame, now_ns))
         except (av.FFmpegError, OSError) as error:
             log.warning("camera %s: %s lost: %s", self._calibration.name, self.kind, error)
         return pictures
@@ -120,8 +128,7 @@ class MediaSource:
                 return
             yield frame
 
-    def _picture(self, frame: av.VideoFrame) -> Picture:
-        capture_ns = self._clock.now_ns()
+    def _picture(self, frame: av.VideoFrame, capture_ns: int) -> Picture:
         sized = at_camera_size(frame, self._calibration.width_px, self._calibration.height_px)
         if self._watermark is not None:
             self._watermark.draw(sized)

@@ -38,6 +38,9 @@ class Source(Protocol):
     def losses(self) -> int:
         """How often the source was lost, since start."""
 
+    def limit(self, rate_hz: float) -> None:
+        """No more pictures a second than this from now on: the machine cannot keep up, or can again."""
+
     def take(self, timeout_s: float) -> Picture | None:
         """The newest picture not fetched before; None when none came within `timeout_s`."""
 
@@ -50,6 +53,11 @@ def from_bgr(image: Bytes) -> av.VideoFrame:
     """A yuv420p frame of an (H, W, 3) BGR image; H and W even. OpenCV: a third of the time swscale takes."""
     planar: Any = cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420)
     return av.VideoFrame.from_ndarray(planar, format="yuv420p")
+
+
+def planar_frame(planes: Bytes) -> av.VideoFrame:
+    """A frame on (H * 3 / 2, W) planes as they are, without a copy: valid while nobody writes into them."""
+    return av.VideoFrame.from_numpy_buffer(planes, format="yuv420p")
 
 
 def luma(frame: av.VideoFrame) -> Bytes:

@@ -3,15 +3,18 @@
 Sources, link and clock are given: the program (vehicle_gateway.video.video), the tests and the benchmark all run this.
 """
 
+import logging
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
+from vehicle_gateway.video.load import LADDER, ControlLoops, Load, after_a_second, hear, permitted_hz
 from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
@@ -19,10 +22,14 @@ from wire.clock import Clock
 from wire.ice import DIRECT, Ways
 from wire.loop_thread import loop_in_thread
 from wire.messages.base import Message
-from wire.messages.vehicle import CameraCalibration
+from wire.messages.health import LoopHealth
+from wire.messages.vehicle import CameraCalibration, VehicleState
 from wire.pace import Pace
 from wire.picture import EncodedPicture, pack_picture
+from wire.rear_view import REAR, is_rear_asked_for, is_rear_wanted
 from wire.topics import PROGRAMS, Role
+
+log = logging.getLogger(__name__)
 
 PROCESS = PROGRAMS[Role.VIDEO]
 _STATUS_PERIOD_S = 0.2
@@ -36,15 +43,49 @@ class SenderLink(Protocol):
 
     def serve(self, name: str, handler: Callable[[Any], Message]) -> None: ...
 
+    def on(self, name: str, callback: Callable[[Any, int], None]) -> None: ...
+
+
+class Wishes:
+    """What the car says that matters to its cameras. Called on the link's threads."""
+
+    def __init__(self, link: SenderLink) -> None:
+        self._rear_ns: int | None = None
+        self._control = ControlLoops()
+        link.on("vehicle_state", self._hear_state)
+        link.on("car_health", self._hear_health)
+
+    def _hear_state(self, state: VehicleState, received_ns: int) -> None:
+        if is_rear_asked_for(state):
+            self._rear_ns = received_ns
+
+    def _hear_health(self, health: LoopHealth, received_ns: int) -> None:
+        self._control = hear(self._control, health)
+
+    def is_rear_wanted(self, now_ns: int) -> bool:
+        return is_rear_wanted(self._rear_ns, now_ns)
+
+    def control_was_late(self) -> bool:
+        """Since this was last asked."""
+        control, self._control = self._control, replace(self._control, were_late=False)
+        return control.were_late
+
 
 class VideoSender:
     """Running cameras. `sessions` serves the watcher."""
 
     def __init__(
-        self, link: SenderLink, loops: list[CameraLoop], sessions: VideoSessions, clock: Clock, workers: list["Future[None]"]
+        self,
+        link: SenderLink,
+        loops: list[CameraLoop],
+        sessions: VideoSessions,
+        wishes: Wishes,
+        clock: Clock,
+        workers: list["Future[None]"],
     ) -> None:
         self.sessions = sessions
         self._link, self._loops, self._clock, self._workers = link, loops, clock, workers
+        self._wishes, self._load = wishes, Load()
 
     def report(self, stop: threading.Event) -> None:
         """Publish status and health until `stop`. Raises what a camera's thread raised: the program then ends."""
@@ -54,7 +95,17 @@ class VideoSender:
                 for loop in self._loops:
                     self._link.publish("camera_status", loop.status(now_ns, self.sessions.watching))
                 if number % _HEALTH_EVERY == 0:
+                    self._give_way(now_ns)
                     self._publish_health(pace, now_ns)
+
+    def _give_way(self, now_ns: int) -> None:
+        """Once a second: fewer pictures when the machine cannot keep up, more again when it can."""
+        late = [loop.calibration.required and loop.was_late(now_ns) for loop in self._loops]
+        before, self._load = self._load, after_a_second(self._load, any(late) or self._wishes.control_was_late())
+        if self._load.level != before.level:
+            log.info("cameras: level %d of %d of giving way to the rest of the car", self._load.level, len(LADDER) - 1)
+            for loop in self._loops:
+                loop.limit(permitted_hz(loop.calibration.frame_rate_hz, loop.calibration.required, self._load))
 
     def _publish_health(self, pace: Pace, now_ns: int) -> None:
         dropped = {"pictures not sent": self.sessions.dropped} if self.sessions.dropped else {}
@@ -87,14 +138,21 @@ def video_sender(
         sessions = VideoSessions(loop, encoders, ways)
         stack.callback(sessions.close)
         link.serve("video_session", sessions.answer)
-        deliver = partial(_deliver, link, sessions)
+        wishes = Wishes(link)
         cameras = [
-            CameraLoop(calibration, sources[calibration.name], encoders[calibration.name], clock, deliver)
+            CameraLoop(
+                calibration,
+                sources[calibration.name],
+                encoders[calibration.name],
+                clock,
+                partial(_deliver, link, sessions),
+                wishes.is_rear_wanted if calibration.name == REAR else lambda now_ns: True,
+            )
             for calibration in calibrations
         ]
         pool = stack.enter_context(ThreadPoolExecutor(max(len(cameras), 1), thread_name_prefix="camera"))
         stack.callback(halt.set)
-        yield VideoSender(link, cameras, sessions, clock, [pool.submit(camera.run, halt) for camera in cameras])
+        yield VideoSender(link, cameras, sessions, wishes, clock, [pool.submit(camera.run, halt) for camera in cameras])
 
 
 def _deliver(link: SenderLink, sessions: VideoSessions, picture: EncodedPicture, ready_ns: int) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 from vehicle_gateway.video.media import MediaSource
 from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.settings import SourceChoice, VideoSettings, parse_source
-from vehicle_gateway.video.simulated import Renderer, SimulatedSource
+from vehicle_gateway.video.simulated import Renderer, SimulatedSource, WorldFeed
 from wire.clock import Clock
 from wire.configuration import ConfigurationError
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
@@ -44,19 +44,18 @@ def open_sources(
     renderer  makes the renderer of one simulated camera; called only for those
     """
     sources: dict[str, Source] = {}
+    simulated: list[SimulatedSource] = []
     for calibration in vehicle.cameras:
         choice = choices[calibration.name]
         if choice.kind == "simulated":
-            sources[calibration.name] = _simulated(calibration, link, renderer)
+            simulated.append(_simulated(calibration, renderer))
+            sources[calibration.name] = simulated[-1]
         else:
             sources[calibration.name] = MediaSource(choice, calibration, clock)
+    if simulated:
+        link.on("world_state", WorldFeed(simulated).put)
     return sources
 
 
-def _simulated(
-    calibration: CameraCalibration, link: SourceLink, renderer: Callable[[CameraCalibration], Renderer]
-) -> SimulatedSource:
-    size = calibration.width_px, calibration.height_px
-    source = SimulatedSource(renderer(calibration), *size, calibration.frame_rate_hz)
-    link.on("world_state", source.put)
-    return source
+def _simulated(calibration: CameraCalibration, renderer: Callable[[CameraCalibration], Renderer]) -> SimulatedSource:
+    return SimulatedSource(renderer(calibration), calibration.width_px, calibration.height_px, calibration.frame_rate_hz)

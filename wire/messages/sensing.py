@@ -132,3 +132,7 @@ class CameraStatus(Message):
     bitrate_kbps: Annotated[float, Meta(ge=0.0, le=1e6)]
     encode_ms: Milliseconds
     watching: Count  # connected peers
+    wanted: bool = True  # somebody needs its pictures now: a rear camera rests until reverse or an indicator is chosen
+    skipped: Count = 0  # pictures that came and were not taken in time, since start
+    nominal_hz: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0  # by its calibration; 0: not told
+    rate_hz: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0  # what it may take now; below nominal_hz the machine cannot keep up

@@ -1,0 +1,66 @@
+"""Who gives way, in which order, and that nobody does without a reason."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vehicle_gateway.video.load import LADDER, ControlLoops, Load, after_a_second, hear, is_late, permitted_hz
+from wire.messages.health import LoopHealth
+
+
+def health(cycles: int, late: int, process: str = "vehicle-gateway run") -> LoopHealth:
+    return LoopHealth(
+        stamp_ns=1,
+        process=process,
+        loop="cycle",
+        period_ms=10.0,
+        cycles=cycles,
+        late_cycles=late,
+        lateness_p50_ms=0.1,
+        lateness_max_ms=1.0,
+        scheduling="other",
+        dropped={},
+    )
+
+
+def test_the_sides_have_lost_all_they_can_before_the_front_loses_anything() -> None:
+    load, rates = Load(), []
+    for _ in range(20):
+        load = after_a_second(load, pressed=True)
+        rates.append((permitted_hz(15.0, False, load), permitted_hz(30.0, True, load)))
+    assert rates[:2] == [(15.0, 30.0), (10.0, 30.0)]  # one bad second is none
+    assert all(side == 5.0 for side, front in rates if front < 30.0)
+    assert rates[-1] == (5.0, 15.0)  # the car allows 200 ms between pictures: 15 Hz leaves room for two lost ones
+
+
+@given(st.lists(st.booleans(), max_size=200))
+def test_the_level_moves_by_single_steps_and_comes_back_after_calm(seconds: list[bool]) -> None:
+    load = Load()
+    for pressed in seconds:
+        before, load = load, after_a_second(load, pressed)
+        assert 0 <= load.level < len(LADDER)
+        assert load.level - before.level in ((0, 1) if pressed else (0, -1))
+    for _ in range(5 * len(LADDER)):
+        load = after_a_second(load, pressed=False)
+    assert load.level == 0
+
+
+def test_the_ladder_never_gives_the_front_less_than_the_sides_and_only_goes_down() -> None:
+    assert LADDER[0] == (1.0, 1.0)
+    assert all(others <= required for others, required in LADDER)
+    assert all(a[0] >= b[0] and a[1] >= b[1] for a, b in zip(LADDER, LADDER[1:], strict=False))
+
+
+def test_a_fifth_of_the_pictures_late_or_lost_is_too_much() -> None:
+    assert not is_late(30, 6, 0)
+    assert is_late(30, 7, 0)
+    assert is_late(20, 0, 10)
+    assert not is_late(0, 0, 0)
+
+
+def test_a_control_loop_that_misses_deadlines_is_heard_and_one_that_always_did_is_not() -> None:
+    state = hear(ControlLoops(), health(1000, 50))  # before we listened
+    assert not state.were_late
+    assert not hear(state, health(1100, 51)).were_late  # one in a hundred happens
+    assert hear(state, health(1100, 55)).were_late
+    assert not hear(state, health(1100, 55, "recordings record")).were_late
+    assert not hear(state, health(10, 0)).were_late  # started again
