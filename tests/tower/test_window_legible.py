@@ -148,7 +148,7 @@ def sights(mode: Mode, **changes: Any) -> Sights:
         "operator": Received(operator, NOW),
         "scene": Received(scene, NOW),
         "description": CAR,
-        "picture": PictureSeen(NOW - 80 * MS, NOW - 20 * MS),
+        "pictures": {"front": PictureSeen(NOW - 80 * MS, NOW - 20 * MS)},
         "log": DriveLog(),
     }
     return Sights(**(known | changes))
@@ -158,7 +158,7 @@ def sights(mode: Mode, **changes: Any) -> Sights:
 @pytest.mark.parametrize("focus", [True, False])
 def test_every_text_of_the_driving_view_is_at_least_that_large(mode: Mode, focus: bool) -> None:
     hud = Hud()
-    hud.draw(pygame.Surface((1920, 1080)), np.full((1080, 1920, 4), 90, np.uint8), view_model(sights(mode, focus=focus)))
+    hud.draw(pygame.Surface((1920, 1080)), {}, view_model(sights(mode, focus=focus)))
     assert min(hud.text_sizes_px) >= round(LEAST_SIZE * 1.5)
     assert arc_minutes(CAP_SHARE * max(hud.text_sizes_px)) >= GLANCE_ARC_MINUTES
 

@@ -36,6 +36,8 @@ class NoVideo:
     def newest(self, camera: str) -> None:
         return None
 
+    def watch(self, cameras: tuple[str, ...]) -> None: ...
+
 
 class Pressing:
     """A screen on which STOP, accept and full throttle are pressed all the time."""
@@ -60,7 +62,6 @@ def watched(replay: str) -> tuple[Line, pygame.Surface]:
     """A window after 20 steps of 10 ms: what it said, and what stands on it."""
     line, screen, clock = Line(), Pressing(), Clock()
     loop = DisplayLoop(
-        camera="front",
         recording="",
         full_screen=False,
         link=line,
