@@ -11,6 +11,7 @@ from tower.window.keys import Control
 from tower.window.replay_mark import ReplayMark
 from tower.window.snapshot import SnapshotWriter
 from tower.window.sounds import Player
+from tower.window.sticks import Hands
 from wire.clock import Clock
 from wire.latest import Latest
 from wire.messages.base import Message
@@ -52,6 +53,9 @@ class Pressing:
 
     def held(self) -> frozenset[Control]:
         return frozenset({Control.THROTTLE, Control.DEAD_MAN})
+
+    def sticks(self) -> tuple[Hands, ...]:
+        return ()
 
     def show_full(self, full_screen: bool) -> None: ...
 
