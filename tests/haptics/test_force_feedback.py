@@ -2,7 +2,7 @@ from dataclasses import replace
 from math import pi
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haptics.alignment import Phase, WheelInputs, WheelState, wanted_torque
@@ -33,10 +33,13 @@ LATER_NS = 10 * 10**9
 DT_S = 0.004
 
 
+PATIENT = settings(deadline=None)  # four hundred ticks each, on a machine that others use as well
+
+
 def settled(state: WheelState, seen: WheelInputs, can: Abilities) -> Effects:
     """The effects once every slew limit has been waited for."""
     now = Effects(centre=state.centre_rad / HALF)
-    for _ in range(400):
+    for _ in range(120):  # 0.48 s at 2 per s
         now = effects(now, law(state, seen, LATER_NS, LIMITS), seen, DT_S, can, LIMITS.torque, SETTINGS)
     return now
 
@@ -55,15 +58,18 @@ def without_friction(state: WheelState, seen: WheelInputs) -> float:
 
 @pytest.mark.parametrize("can", [G920, G29, replace(G920, damper=False)])
 @pytest.mark.parametrize("state", [ACTIVE, ALIGN, WheelState(), replace(ALIGN, phase=Phase.READY, centre_rate_rad_s=0.0)])
+@PATIENT
 @given(angle=st.floats(-8.0, 8.0), rate=st.floats(-1.0, 1.0), speed=st.floats(0.0, 9.0))
 def test_all_parts_together_are_the_torque_law(can: Abilities, state: WheelState, angle: float, rate: float, speed: float):
     seen = replace(SEEN, angle_rad=angle, rate_rad_s=rate, speed_m_s=speed)
-    asked = without_friction(state, seen)
-    if abs(asked) < 0.25:  # the rest is cut at what a stiffer firmware leaves: asked for less than asked, never for more
-        assert rendered(settled(state, seen, can), seen) == pytest.approx(asked, abs=0.002)
+    asked, now = without_friction(state, seen), settled(state, seen, can)
+    most = law(state, seen, LATER_NS, LIMITS).torque_max
+    if abs(now.constant) < most - now.spring_max - 1e-6 and abs(asked) < most:  # nothing was cut
+        assert rendered(now, seen) == pytest.approx(asked, abs=0.001)
 
 
 @pytest.mark.parametrize("can", [G920, G29])
+@PATIENT
 @given(angle=st.floats(-9.0, 9.0), rate=st.floats(-30.0, 30.0), centre=st.floats(-9.0, 9.0), lateral=st.floats(-10.0, 10.0))
 def test_a_firmware_however_stiff_stays_below_the_limit_of_the_law(
     can: Abilities, angle: float, rate: float, centre: float, lateral: float
