@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tower.devices.program import application as devices
 from wire.configuration import shipped
 from wire.process import BEHIND_CONTROL, run_until_stopped
 
@@ -87,6 +88,9 @@ def window(config: Config = DEFAULT) -> None:
     from tower.window.window import run
 
     raise typer.Exit(run_until_stopped(run, config, BEHIND_CONTROL))
+
+
+application.add_typer(devices, name="devices")
 
 
 @application.command("force-feedback", hidden=True)

@@ -33,7 +33,7 @@ LATER_NS = 10 * 10**9
 DT_S = 0.004
 
 
-PATIENT = settings(deadline=None)  # four hundred ticks each, on a machine that others use as well
+PATIENT = settings(deadline=None)  # many ticks each, on a machine that others use as well
 
 
 def settled(state: WheelState, seen: WheelInputs, can: Abilities) -> Effects:

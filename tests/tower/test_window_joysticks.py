@@ -22,9 +22,10 @@ from benchmarks.virtual_gamepad import (
 )
 from tower.devices.known import KNOWN, through_sdl
 from tower.devices.profile import SDL
+from tower.devices.sdl_events import identity
 from tower.devices.store import Saved
 from tower.devices.switches import Control
-from tower.window.joysticks import Joysticks, identity
+from tower.window.joysticks import Joysticks
 from tower.window.keys import next_input, released
 from tower.window.sticks import Hands
 from wire.messages.base import Indicators, Lights

@@ -14,16 +14,10 @@ from tower.devices.found import has_evdev
 from tower.devices.gamepad import profile_of
 from tower.devices.known import KNOWN, through_sdl
 from tower.devices.profile import EVDEV, GAMEPAD, SDL, Profile, meant
+from tower.devices.sdl_events import JOYSTICK_EVENTS, identity, readings
 from tower.devices.store import Saved
 from tower.devices.switches import Control
 from tower.window.sticks import Hands, honest, of_stick
-
-_HAT = ((0, -1, "left"), (0, 1, "right"), (1, 1, "up"), (1, -1, "down"))  # part of pygame's pair, its value, our name
-
-
-def identity(guid: str) -> str:
-    """USB vendor:product in a GUID of SDL: little-endian words at bytes 4 and 8."""
-    return f"{guid[10:12]}{guid[8:10]}:{guid[18:20]}{guid[16:18]}"
 
 
 def is_the_cockpits(identity_: str, saved: Saved) -> bool:
@@ -65,7 +59,7 @@ class Joysticks:
             self._add(event.device_index)
         elif event.type == pygame.JOYDEVICEREMOVED:
             self._opened.pop(event.instance_id, None)
-        elif event.type in (pygame.JOYAXISMOTION, pygame.JOYBUTTONDOWN, pygame.JOYBUTTONUP, pygame.JOYHATMOTION):
+        elif event.type in JOYSTICK_EVENTS:
             opened = self._opened.get(event.instance_id)
             if opened is not None:
                 self._read(opened, event)
@@ -114,12 +108,3 @@ def named(profile: Profile, taken: set[str]) -> str:
     """The name on screen, one for each: "gamepad (Xbox 360 Controller)", and "... 2" of a second one."""
     base = f"gamepad ({profile.name})" if profile.kind == GAMEPAD else profile.name
     return next(name for number in range(1, 100) if (name := base if number == 1 else f"{base} {number}") not in taken)
-
-
-def readings(event: pygame.event.Event) -> tuple[tuple[str, float], ...]:
-    """An event of pygame as named readings."""
-    if event.type == pygame.JOYAXISMOTION:
-        return ((f"axis {event.axis}", float(event.value)),)
-    if event.type == pygame.JOYHATMOTION:
-        return tuple((f"hat {event.hat} {side}", float(event.value[part] == sign)) for part, sign, side in _HAT)
-    return ((f"button {event.button}", float(event.type == pygame.JOYBUTTONDOWN)),)
