@@ -1,6 +1,8 @@
 """A plausible full-size message of every type, made from its type alone: for load, and for tests that send every topic."""
 
+import json
 import random
+import re
 from typing import Any
 
 import msgspec
@@ -10,6 +12,7 @@ from wire.messages.base import decoder
 from wire.topics import TOPICS
 
 _LIST_ITEMS = 12  # objects of a scene, points of a plan
+_DEEP = 100_000  # brackets: far beyond any recursion limit
 _RAW_BYTES = 1500  # inputs and outputs of one gateway cycle, each
 
 
@@ -50,3 +53,40 @@ def encode_example(name: str) -> bytes:
     payload = msgspec.json.encode(example(inspect.type_info(message_type)))
     decoder(message_type).decode(payload)
     return payload
+
+
+def changed(payload: bytes, **fields: object) -> bytes:
+    """The message with some of its fields set to anything."""
+    return json.dumps(json.loads(payload) | fields).encode()
+
+
+def wrong(name: str) -> dict[str, bytes]:
+    """What may not get in on this topic, by what is wrong with it."""
+    good = encode_example(name)
+    number = re.search(rb'"(\w+)":(-?\d[\d.e+-]*)', good)  # the first number, wherever it stands
+    if number is None:
+        raise ValueError(f"{name} has no number")
+    field = number[1].decode()
+    nested = "inputs" if "inputs" in json.loads(good) else field  # the one field that takes any JSON, where there is one
+
+    def with_number(text: bytes) -> bytes:
+        return good[: number.start(2)] + text + good[number.end(2) :]
+
+    kinds = {
+        "nothing": b"",
+        "noise": b"\x00\xff\x17",
+        "not text": good.replace(b'"', b'"\xff', 1),
+        "half of it": good[: len(good) // 2],
+        "all but its end": good[:-1],
+        "twice": good + good,
+        "deep nesting": changed(good, **{nested: "deep"}).replace(b'"deep"', b"[" * _DEEP + b"]" * _DEEP),
+        "another message": encode_example("clock_ping" if name != "clock_ping" else "imu"),
+        f"unknown key beside {field}": changed(good, surprise=1),
+        f"{field} is NaN": with_number(b"NaN"),
+        f"{field} is infinite": with_number(b"1e999"),
+        f"{field} is far below its range": with_number(b"-1e18"),
+        f"{field} is far above its range": with_number(b"1e19"),
+        f"{field} is a text": with_number(b'"1"'),
+        f"{field} is missing": json.dumps({key: value for key, value in json.loads(good).items() if key != field}).encode(),
+    }
+    return {what: payload for what, payload in kinds.items() if not (what.endswith("missing") and field not in json.loads(good))}

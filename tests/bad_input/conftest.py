@@ -26,7 +26,7 @@ def free_addresses(count: int) -> list[str]:
         return [f"127.0.0.1:{each.getsockname()[1]}" for each in taken]
 
 
-def until(done: Callable[[], Any], meanwhile: Callable[[], object] = lambda: None, patience_s: float = PATIENCE_S) -> Any:
+def wait_until(done: Callable[[], Any], meanwhile: Callable[[], object] = lambda: None, patience_s: float = PATIENCE_S) -> Any:
     """Repeat `meanwhile` every 5 ms until `done`; fail when that takes too long."""
     pause = threading.Event()
     for _ in range(round(patience_s / 0.005)):
@@ -39,7 +39,7 @@ def until(done: Callable[[], Any], meanwhile: Callable[[], object] = lambda: Non
 
 
 class World:
-    until = staticmethod(until)
+    until = staticmethod(wait_until)
 
     def __init__(self, stack: ExitStack, folder: Path) -> None:
         certificates.ensure(folder)
@@ -76,3 +76,8 @@ class World:
 def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
     with ExitStack() as stack:
         yield World(stack, tmp_path_factory.mktemp("bad-input") / "certificates")
+
+
+@pytest.fixture(scope="session")
+def until() -> Callable[..., Any]:
+    return wait_until

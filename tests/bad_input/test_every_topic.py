@@ -4,12 +4,9 @@ Payloads are made from the message's type; that each is refused follows from a s
 one in exactly the way its name says.
 """
 
-import json
-import re
-
 import pytest
 
-from benchmarks.examples import encode_example
+from benchmarks.examples import changed, encode_example, wrong
 from wire.messages.base import decoder, encode
 from wire.messages.health import LoopHealth
 from wire.order import is_ordered
@@ -20,44 +17,7 @@ TYPED = sorted(name for name, topic in TOPICS.items() if topic.type is not None)
 ORDERED = [name for name in TYPED if TOPICS[name].kind is Kind.LEVEL and is_ordered(TOPICS[name].type)]
 FLOOD = 300  # messages in one burst
 KEPT = 16  # of them that a queue of this size may hold
-DEEP = 100_000
 TOO_LARGE = 1_000_001  # bytes: one more than the link takes
-
-
-def changed(payload: bytes, **fields: object) -> bytes:
-    """The message with some of its fields set to anything."""
-    return json.dumps(json.loads(payload) | fields).encode()
-
-
-def wrong(name: str) -> dict[str, bytes]:
-    """What may not get in on this topic, by what is wrong with it."""
-    good = encode_example(name)
-    number = re.search(rb'"(\w+)":(-?\d[\d.e+-]*)', good)  # the first number, wherever it stands
-    assert number is not None, f"{name} has no number"
-    field = number[1].decode()
-    nested = "inputs" if "inputs" in json.loads(good) else field  # the one field that takes any JSON, where there is one
-
-    def with_number(text: bytes) -> bytes:
-        return good[: number.start(2)] + text + good[number.end(2) :]
-
-    kinds = {
-        "nothing": b"",
-        "noise": b"\x00\xff\x17",
-        "not text": good.replace(b'"', b'"\xff', 1),
-        "half of it": good[: len(good) // 2],
-        "all but its end": good[:-1],
-        "twice": good + good,
-        "deep nesting": changed(good, **{nested: "deep"}).replace(b'"deep"', b"[" * DEEP + b"]" * DEEP),
-        "another message": encode_example("clock_ping" if name != "clock_ping" else "imu"),
-        f"unknown key beside {field}": changed(good, surprise=1),
-        f"{field} is NaN": with_number(b"NaN"),
-        f"{field} is infinite": with_number(b"1e999"),
-        f"{field} is far below its range": with_number(b"-1e18"),
-        f"{field} is far above its range": with_number(b"1e19"),
-        f"{field} is a text": with_number(b'"1"'),
-        f"{field} is missing": json.dumps({key: value for key, value in json.loads(good).items() if key != field}).encode(),
-    }
-    return {what: payload for what, payload in kinds.items() if not (what.endswith("missing") and field not in json.loads(good))}
 
 
 @pytest.mark.parametrize("name", TYPED)
