@@ -137,8 +137,9 @@ def test_two_sessions_on_one_machine_both_run_and_neither_hears_the_other(sessio
     boots = {session.state.get().message.boot_id for session in sessions}
     assert len(boots) == 2
     for session in sessions:
-        assert session.status.get().message.mode is Mode.STANDBY
-        assert not [reason for reason in session.told() if reason.startswith("can")], "somebody else is on the bus"
+        assert until(session.status.get).message.mode is Mode.STANDBY
+        on_the_bus = sum(count for reason, count in session.told().items() if reason.startswith("can"))
+        assert on_the_bus < 20, "somebody else speaks there: two ECUs would disturb each other 200 times a second"
 
 
 def test_a_second_operator_is_told_who_holds_the_lease(drive: Session, lease: LeaseReply, until):
@@ -259,12 +260,10 @@ def test_garbage_on_every_key_is_counted_by_every_process_that_reads_it_and_all_
 
 def test_asked_to_end_by_either_signal_all_end_well_and_none_left_a_traceback(sessions, lease):
     """Last: after everything above."""
-    hubs = ("gateway", "cockpit")
     for session in sessions:
-        for names in (
-            [name for name in session.processes if name not in hubs],
-            [name for name in hubs if name in session.processes],
-        ):
+        session.links.close()  # first: a farewell to a hub that is gone takes its time
+        hubs = [name for name in ("gateway", "cockpit") if name in session.processes]
+        for names in ([name for name in session.processes if name not in hubs], hubs):
             for number, name in enumerate(names):
                 session.processes[name].send_signal(signal.SIGINT if number % 2 else signal.SIGTERM)
             assert {name: session.processes[name].wait(10.0) for name in names} == dict.fromkeys(names, 0)
