@@ -71,6 +71,12 @@ def check(folder: Path, role: Role, vehicle_id: str) -> None:
             raise CertificateError(f"{folder / role}.pem {words}; {fix if fix is IMPORT else fix + ' --renew'}")
 
 
+def unnamed(folder: Path, role: Role, hosts: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of the hosts for which the role's certificate is not valid: whoever dials them would refuse it."""
+    named = hosts_of(_load(folder / f"{role}.pem"))
+    return tuple(host for host in hosts if host.strip("[]") not in named)
+
+
 def ensure(folder: Path, hosts: tuple[str, ...] = ()) -> bool:
     """Make what is needed if the folder is empty, incomplete or within a day of expiry. True when something was made.
 

@@ -6,7 +6,7 @@ Nothing is looked up here: whether a host exists is found out when it is dialled
 from dataclasses import dataclass
 
 FORM = "write HOST:PORT, for instance 192.168.1.20:7450"
-_EVERYWHERE = frozenset({"0.0.0.0", "[::]"})
+EVERYWHERE = frozenset({"0.0.0.0", "[::]"})
 _PORT_MAX = 65535
 
 
@@ -29,7 +29,7 @@ class Endpoint:
 
     def covers(self, other: "Endpoint") -> bool:
         """Whether listening here already is listening there, so that asking for both would be refused."""
-        return self.port == other.port and (self.host in _EVERYWHERE or self.host == other.host)
+        return self.port == other.port and (self.host in EVERYWHERE or self.host == other.host)
 
 
 def parse(text: str) -> Endpoint:

@@ -18,7 +18,7 @@ import zenoh
 from wire import certificates
 from wire.access import access_control
 from wire.clock import Clock
-from wire.endpoint import Endpoint
+from wire.endpoint import EVERYWHERE, Endpoint
 from wire.latest import EventQueue, Latest
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
 from wire.order import Newest, has_room, is_old, is_ordered, stream_of
@@ -118,12 +118,20 @@ def open_link(
     site = site_of(role)
     places = dialled(settings, site) if hub else ()
     session = _open_hub(configuration, settings, site) if hub else _open_client(configuration, stop, own_hub(settings, site))
+    if hub and waits:
+        _warn_of_unnamed(settings, role)
     link = Link(session, settings.vehicle_id, role, clock)
     try:
         with told_why(tls_of(settings, role), places, lambda: link.sites):
             yield link
     finally:
         _close(session)
+
+
+def _warn_of_unnamed(settings: LinkSettings, role: Role) -> None:
+    hosts = tuple(place.host for place in listened(settings, site_of(role)) if place.host not in EVERYWHERE)
+    for host in certificates.unnamed(certificates.folder_of(settings.certificates), role, hosts):
+        log.warning("our certificate does not name %s: who dials it will refuse us; make or export it with --host %s", host, host)
 
 
 def _close(session: zenoh.Session) -> None:

@@ -19,6 +19,8 @@ _ATTEMPT_MS = 2000
 _FIRST_S, _LONGEST_S = 2.0, 60.0  # between two looks: a machine that is off for a night is not asked every second
 _EXPORT = "on the machine that holds the authority: tower certificates export"
 
+_CLOSED = "it closed the line at once; is it just starting or stopping, and does it know our authority?"
+
 # what Zenoh says (lower case) -> (whether only the user can change it, what to do about it)
 _REASONS: tuple[tuple[str, bool, str], ...] = (
     (
@@ -32,6 +34,8 @@ _REASONS: tuple[tuple[str, bool, str], ...] = (
     ("unknownca", True, f"it knows another authority than ours; export a bundle {_EXPORT}, then import it"),
     ("lookup address", True, "there is no host of that name; check it, or write its address"),
     ("unreachable", False, "there is no way to it; is the network up?"),
+    ("connection lost", False, _CLOSED),
+    ("aborted by peer", False, _CLOSED),
     ("deadline", False, "no answer; does its hub run there, and may UDP port {port} pass?"),
     ("timed out", False, "no answer; does its hub run there, and may UDP port {port} pass?"),
 )

@@ -12,7 +12,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from wire.certificates import CertificateError, earliest_end, ensure, folder_of, make, make_if_none, missing
+from wire.certificates import CertificateError, earliest_end, ensure, folder_of, make, make_if_none, missing, unnamed
 from wire.topics import Role
 
 
@@ -138,6 +138,20 @@ def test_a_folder_that_cannot_be_written_is_named_with_the_key_to_change(tmp_pat
     with pytest.raises(CertificateError, match=r"certificates") as told:
         make(tmp_path / "file" / "deeper")
     assert str(tmp_path / "file" / "deeper") in str(told.value)
+
+
+def test_hosts_are_added_to_those_that_are_named_already_and_survive_a_renewal(tmp_path: Path):
+    folder = tmp_path / "certificates"
+    ensure(folder)
+    authority = (folder / "authority.pem").read_bytes()
+    assert ensure(folder, ("10.0.0.5",)) is True
+    assert ensure(folder, ("10.0.0.5",)) is False
+    assert ensure(folder, ("tower.example.org",)) is True
+    assert (folder / "authority.pem").read_bytes() == authority, "what was exported before is still good"
+    make(folder)
+    assert (folder / "authority.pem").read_bytes() != authority, "what was exported before is worth nothing"
+    hosts = ("10.0.0.5", "tower.example.org", "localhost", "10.0.0.6")
+    assert unnamed(folder, Role.TOWER_HUB, hosts) == ("10.0.0.6",)
 
 
 def test_the_user_s_folder_is_taken_when_none_is_set():

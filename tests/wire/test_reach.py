@@ -80,6 +80,7 @@ def test_a_hub_that_is_not_there_may_come_yet(home: Path, car: LinkSettings):
         ("invalid peer certificate: UnknownIssuer at /root/x.rs:1.", True, "another authority"),
         ("failed to lookup address information: Name or service not known", True, "no host of that name"),
         ("sendmsg error: Network is unreachable (os error 101) at /root/x.rs:1.", False, "no way to it"),
+        ("Write error on QUIC link 0.0.0.0:1 => 127.0.0.1:2: connection lost", False, "closed the line"),
         ("something new at /root/x.rs:1.", False, "car:7450: something new"),
     ],
 )
