@@ -4,7 +4,7 @@
 that name (its viewer and logger can look on). Ours differs in where it goes: it binds to the group, joins it on the
 loopback interface alone and takes only what comes from this machine, with hop limit 0. So it works with no network at
 all, nothing leaves the machine or enters from outside, and sessions with another group or port never see each other.
-`socketcan` and `virtual` (threads of one process) are python-can's own.
+`socketcan` is an interface of the kernel, `virtual` joins threads of one process.
 """
 
 import errno
@@ -16,11 +16,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-import can
 import msgpack  # type: ignore[import-untyped]
 
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.settings import CanSettings
+from vehicle_gateway.can.socketcan import SocketCan
+from vehicle_gateway.can.virtual import Virtual
 from wire.clock import Clock
 from wire.configuration import ConfigurationError
 from wire.pace import raise_priority
@@ -101,12 +102,12 @@ def open_bus(
     fifo_priority  of the reader thread, where the system allows it (wire.pace)
     Raises ConfigurationError when the bus cannot be opened.
     """
-    channel, port = _place(settings, bus)
     try:
+        channel, port = _place(settings, bus)
         transport = _OPEN[settings.interface](channel, port, settings.hop_limit)
-    except (OSError, can.CanError, ValueError) as error:
+    except (OSError, ValueError) as error:
         raise ConfigurationError(
-            f"[vehicle_gateway.can] {bus} bus: cannot open {settings.interface} {channel} {port}: "
+            f"[vehicle_gateway.can] {bus} bus: cannot open {settings.interface} {settings.channel} {settings.port}: "
             f"{error}; set interface, channel and port"
         ) from None
     opened = Bus(transport, on_frame, clock, fifo_priority)
@@ -117,6 +118,9 @@ def open_bus(
 
 
 def _place(settings: CanSettings, bus: str) -> tuple[str, int]:
+    """Channel and port. Raises ValueError when the two buses would be one."""
+    if bus == "actuator" and settings.interface == "socketcan" and settings.actuator_channel in ("", settings.channel):
+        raise ValueError("an interface has no ports; name a second one with actuator_channel")
     places = {
         "vehicle": (settings.channel, settings.port),
         "actuator": (settings.actuator_channel or settings.channel, settings.actuator_port),
@@ -200,34 +204,8 @@ def _unpack(datagram: bytes) -> Frame:
     return frame
 
 
-class _PythonCan:
-    def __init__(self, bus: can.BusABC) -> None:
-        self._bus = bus
-
-    def receive(self, timeout_s: float) -> Frame | None:
-        try:
-            message = self._bus.recv(timeout_s)
-        except can.CanError as error:
-            raise OSError(error.error_code or 0, str(error)) from None
-        if message is None or message.is_error_frame:
-            return None
-        if message.is_extended_id or message.is_remote_frame or message.is_fd:
-            raise ValueError("not a classic data frame")
-        return Frame(message.arbitration_id, bytes(message.data))
-
-    def send(self, frame: Frame) -> None:
-        message = can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False)
-        try:
-            self._bus.send(message, timeout=0)
-        except can.CanError as error:
-            raise OSError(error.error_code or 0, str(error)) from None
-
-    def close(self) -> None:
-        self._bus.shutdown()
-
-
 _OPEN: dict[str, Callable[[str, int, int], Transport]] = {
     "udp_multicast": _Multicast,
-    "socketcan": lambda channel, _port, _hops: _PythonCan(can.Bus(interface="socketcan", channel=channel)),
-    "virtual": lambda channel, port, _hops: _PythonCan(can.Bus(interface="virtual", channel=f"{channel}:{port}")),
+    "socketcan": lambda channel, _port, _hops: SocketCan(channel),
+    "virtual": lambda channel, port, _hops: Virtual(f"{channel}:{port}"),
 }

@@ -13,7 +13,7 @@ class CanSettings(Message):
     interface: Annotated[str, Meta(pattern="^(udp_multicast|socketcan|virtual)$")] = "udp_multicast"
     channel: Text = "239.74.163.2"  # multicast group (IPv4), or the name of a socketcan or virtual channel
     port: Port = 43113  # of the vehicle bus; udp_multicast and virtual only
-    actuator_channel: Text = ""  # of the bus between the ECU and the plant; "" is the same group with the other port
+    actuator_channel: Text = ""  # of the bus between the ECU and the plant; "" is the same with the other port (not for socketcan)
     actuator_port: Port = 43114
     dbc: Text = ""  # path of the car's DBC: the messages and signals of config/drive_by_wire.dbc, which "" stands for
     hop_limit: Annotated[int, Meta(ge=0, le=0)] = 0  # never farther than this machine
