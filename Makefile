@@ -1,8 +1,8 @@
-# make demo | test | drives | check | faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
+# make demo | test | test-kernel | drives | check | faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test drives check setup faults test-foxglove scenarios bench format clean
+.PHONY: demo test test-kernel drives check setup faults test-foxglove scenarios bench format clean
 
 demo: setup
 	$(BIN)/tower demo $(ARGS)
@@ -13,6 +13,10 @@ test: setup
 # Whole drives that take a minute and more each; not part of `make test`.
 drives: setup
 	$(BIN)/pytest -m long $(ARGS)
+
+# Boots Debian's kernel in QEMU (into .kernel/, once) for what needs SocketCAN, uinput or netem.
+test-kernel: setup
+	$(BIN)/python tests/kernel/boot.py $(ARGS)
 
 check: setup
 	$(BIN)/ruff check .
@@ -53,4 +57,4 @@ setup: .venv/ready
 	@touch $@
 
 clean:
-	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv .kernel .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

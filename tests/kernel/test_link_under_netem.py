@@ -1,0 +1,146 @@
+"""The real link, QUIC with mutual TLS, between two network namespaces under loss, delay, jitter and blackouts (netem).
+
+Two processes with an address each, joined by a pair of interfaces that does in both directions what a test says. The gateway
+would refuse an old command by its age; here it is shown that the link brings none in the first place, and does bring a STOP.
+"""
+
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from wire import certificates
+from wire.clock import Clock
+from wire.settings import LinkSettings
+
+END = Path(__file__).parent / "link_end.py"
+SITES = ("car", "tower")
+CAR_ADDRESS, TOWER_ADDRESS = "10.83.0.1", "10.83.0.2"
+PORT = 7460
+MOBILE = "delay 20ms 3ms loss 2%"  # each way: a fair mobile connection
+POOR = "delay 20ms 3ms loss 10%"
+BLACK = "loss 100%"
+UNDER_WAY_MS = 400.0  # sent this long before the blackout ends, a command may still be in an emulated process, not on the way
+
+
+class Ends:
+    """Both ends and everything that has arrived at the car's."""
+
+    def __init__(self, stack: ExitStack, system, folder: Path) -> None:
+        self._stack, self._system = stack, system
+        self.commands: list[tuple[int, int, int]] = []  # number, sent, received
+        self.stops: dict[int, tuple[int, int]] = {}
+        trusted = folder / "certificates"
+        certificates.make(trusted, hosts=(CAR_ADDRESS,))
+        place = f"{CAR_ADDRESS}:{PORT}"
+        self._settings = {
+            "car": LinkSettings(certificates=str(trusted), listen=(place,)),
+            "tower": LinkSettings(certificates=str(trusted), connect=(place,)),
+        }
+
+    def join(self) -> None:
+        """Two namespaces and the pair of interfaces between them."""
+        for site in SITES:
+            self._system(f"ip netns add {site}")
+            self._stack.callback(self._system, f"ip netns delete {site}")
+        self._system("ip link add to-tower netns car type veth peer name to-car netns tower")
+        for site, interface, address in (("car", "to-tower", CAR_ADDRESS), ("tower", "to-car", TOWER_ADDRESS)):
+            self._system(f"ip -n {site} address add {address}/24 dev {interface}")
+            for name in ("lo", interface):
+                self._system(f"ip -n {site} link set {name} up")
+
+    def under(self, netem: str) -> int:
+        """Both directions do this from now on; when that was so [ns]."""
+        for site, interface in (("car", "to-tower"), ("tower", "to-car")):
+            self._system(f"tc -n {site} qdisc replace dev {interface} root netem limit 10000 {netem}")
+        return Clock().now_ns()
+
+    def start(self, site: str) -> None:
+        settings = msgspec.json.encode(self._settings[site]).decode()
+        process = subprocess.Popen(
+            ["ip", "netns", "exec", site, sys.executable, str(END), site, settings],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
+        reader = threading.Thread(target=self._listen, args=(process,))
+        reader.start()
+        self._stack.callback(reader.join)
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        if site == "tower":
+            self._keys = process.stdin
+
+    def _listen(self, process: subprocess.Popen[str]) -> None:
+        for line in process.stdout:
+            what, *numbers = line.split()
+            number, sent_ns, received_ns = map(int, numbers)
+            if what == "command":
+                self.commands.append((number, sent_ns, received_ns))
+            else:
+                self.stops.setdefault(number, (sent_ns, received_ns))
+
+    def press_stop(self) -> None:
+        print("stop", file=self._keys, flush=True)
+
+    def since(self, at_ns: int) -> list[tuple[int, int, int]]:
+        return [each for each in self.commands if each[2] > at_ns]
+
+
+@pytest.fixture(scope="module")
+def ends(system, tmp_path_factory) -> Iterator[Ends]:
+    with ExitStack() as stack:
+        made = Ends(stack, system, tmp_path_factory.mktemp("link"))
+        made.join()
+        made.under(POOR)
+        for site in SITES:
+            made.start(site)
+        yield made
+
+
+def test_the_link_comes_up_at_ten_percent_loss_and_commands_arrive(ends, until):
+    until(lambda: len(ends.commands) > 20, "declarations survive loss: they travel on reliable streams")
+
+
+def test_commands_over_a_mobile_connection_come_soon_and_once(ends, until, figure):
+    began_ns = ends.under(MOBILE)
+    until(lambda: len(ends.since(began_ns)) > 320, "commands flow")
+    seen = ends.since(began_ns)[20:]
+    ages_ms = sorted((received - sent) / 1e6 for _, sent, received in seen)
+    share = len(seen) / (max(seen)[0] - min(seen)[0] + 1)
+    p50, p99 = ages_ms[len(ages_ms) // 2], ages_ms[int(len(ages_ms) * 0.99)]
+    figure(f"link, {MOBILE}: {share:.1%} of {len(seen)} commands arrive, age p50 {p50:.0f} ms, p99 {p99:.0f} ms")
+    assert ages_ms[0] > 15.0, "netem does nothing: the figures would be worthless"
+    assert share > 0.9
+    assert len({number for number, _, _ in seen}) == len(seen)
+
+
+@pytest.mark.parametrize(("blackout_s", "stop"), [(0.4, 1), (1.0, 2), (5.0, 3)])
+def test_after_a_blackout_no_command_sent_in_it_arrives_but_the_stop_pressed_in_it_does(ends, until, figure, blackout_s, stop):
+    ends.under(MOBILE)
+    began_ns = ends.under(BLACK)
+    ends.press_stop()
+    threading.Event().wait(blackout_s)
+    assert stop not in ends.stops
+    before = max(ends.commands)[0]
+    over_ns = ends.under(MOBILE)
+    until(lambda: len([sent for _, sent, _ in ends.since(over_ns) if sent > over_ns]) > 50, "commands flow again")
+    until(lambda: stop in ends.stops, "the STOP comes")
+    late = ends.since(over_ns)
+    stale = [each for each in late if began_ns < each[1] < over_ns - UNDER_WAY_MS * 1e6]
+    first_ns = min(received for _, sent, received in late if sent > over_ns)
+    lost = min(late)[0] - before - 1
+    oldest_ms = max(received - sent for _, sent, received in late) / 1e6
+    figure(
+        f"link, blackout of {blackout_s:g} s: {lost} commands lost, {len(stale)} stale ones delivered, oldest afterwards "
+        f"{oldest_ms:.0f} ms; after it the first new one takes {(first_ns - over_ns) / 1e6:.0f} ms, "
+        f"the STOP pressed in it {(ends.stops[stop][1] - over_ns) / 1e6:.0f} ms"
+    )
+    assert lost > 0.5 * blackout_s / 0.02, "there was no blackout"
+    assert stale == []
