@@ -22,7 +22,7 @@ from tower.window.view_model import view_model
 from tower.window.views import Tone
 from wire.latest import Received
 from wire.messages.automation import AutonomyStatus, Doubt, Reason, RoadMap, Scene, TakeoverRequest
-from wire.messages.base import Gear
+from wire.messages.base import Gear, Lights, Wipers
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
 
@@ -296,6 +296,35 @@ def test_a_lost_focus_is_said_when_the_window_reads_the_device(mode: Mode) -> No
     assert scripted.toast == ""
     assert scripted.card is None or scripted.card.title != "CONTROLS RELEASED"
     assert "Scripted operator drives the controls" in scripted.operator.note
+
+
+@pytest.mark.parametrize("mode", [Mode.REMOTE, Mode.SAFE_STOP, Mode.STOPPED])
+def test_controls_that_were_lost_are_named_as_the_cause(mode: Mode) -> None:
+    lost = heard(operator(device="Logitech G920", device_note="Logitech G920 unplugged", dead_man=False, armed=False))
+    model = view_model(sights(status(mode), operator=lost))
+    assert model.banner.cause == "Logitech G920 unplugged"
+    assert model.operator.note == "Logitech G920 unplugged"
+    assert "the left paddle" in model.operator.dead_man_text
+
+
+def test_what_is_to_be_done_with_the_pedals_is_said_as_long_as_they_are_not_armed() -> None:
+    hint = "Press and release both pedals once"
+    unarmed = heard(operator(armed=False, device_hint=hint))
+    model = view_model(sights(status(Mode.TAKEOVER_REQUESTED, request=REQUEST), operator=unarmed))
+    assert model.operator.note == hint
+    assert model.card is not None and model.card.action == hint
+
+
+@pytest.mark.parametrize(
+    ("lights", "wipers", "text"),
+    [
+        (Lights.OFF, Wipers.OFF, ""),
+        (Lights.LOW, Wipers.OFF, "low beam"),
+        (Lights.HIGH, Wipers.FAST, "HIGH BEAM · wipers fast"),
+    ],
+)
+def test_the_dial_shows_the_lights_and_wipers_that_the_car_says_are_on(lights: Lights, wipers: Wipers, text: str) -> None:
+    assert view_model(sights(status(Mode.REMOTE), state=heard(state(lights=lights, wipers=wipers)))).dial.lamps == text
 
 
 def test_the_end_is_shown_at_the_goal_once_the_car_stands() -> None:

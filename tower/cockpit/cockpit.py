@@ -262,6 +262,7 @@ class Cockpit:
             operator=self._settings.operator,
             device=self._desk.name,
             device_note=self._desk.note,
+            device_hint=self._arming.missing or self._desk.hint,
             lease=self._lease,
             controls=self._controls,
             armed=self._arming.armed,

@@ -66,9 +66,12 @@ class Desk:
 
     @property
     def note(self) -> str:
-        """What is wrong with the devices, in words; "" when nothing is."""
-        if self._held.back:
-            return self._held.note
+        """What happened to the controls, in words, until they may be used again; "" when nothing did."""
+        return self._held.note
+
+    @property
+    def hint(self) -> str:
+        """What keeps a device that is there from being used, with the fix; "" when nothing does."""
         return self._arrivals.note if self._arrivals is not None else ""
 
     def step(self, view: View, torque: float, dt_s: float, now_ns: int, *, driving: bool, armed: bool) -> Controls:

@@ -20,6 +20,7 @@ class Told:
     operator: str
     device: str
     device_note: str
+    device_hint: str
     lease: Lease
     controls: Controls
     armed: bool
@@ -37,6 +38,7 @@ def operator_status(told: Told, now_ns: int) -> OperatorStatus:
         operator=told.operator,
         device=told.device,
         device_note=told.device_note[:2000],
+        device_hint=told.device_hint[:2000],
         lease_epoch=told.lease.epoch,
         lease_note=told.lease.note[:2000],
         dead_man=told.controls.dead_man,
@@ -69,6 +71,7 @@ def worth_telling(told: Told) -> tuple[object, ...]:
     return (
         told.device,
         told.device_note,
+        told.device_hint,
         told.lease.epoch,
         told.lease.note,
         told.controls.dead_man,

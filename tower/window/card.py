@@ -136,7 +136,7 @@ def take_action(status: GatewayStatus, operator: OperatorStatus | None) -> str:
     turn = "right" if operator.alignment_error_rad > 0 else "left"
     conditions = (
         (operator.lease_epoch > 0, f"Wait for the lease: {operator.lease_note or 'asking the car'}"),
-        (operator.armed, "Release both pedals once"),
+        (operator.armed, operator.device_hint or "Release both pedals once"),
         (operator.dead_man, f"Hold {held}"),
         (operator.wheel_phase in _ALIGNED, f"Turn the wheel {turn} to the car's angle"),
         (not status.take_refused, f"Not yet: {status.take_refused}"),

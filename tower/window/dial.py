@@ -27,6 +27,7 @@ def draw_dial(ink: Ink, view: DialView) -> None:
     ink.text(f"{abs(view.speed_km_h):.0f}" if view.fresh else "–", _X, _Y + 20, 66, TEXT, MEDIUM, "centre")
     ink.text("km/h", _X, _Y + 45, 18, DIM, REGULAR, "centre")
     _draw_gears(ink, view.gear if view.fresh else None)
+    ink.text(view.lamps, _X, 19, 12, TEXT, MEDIUM, "centre", room=150)
     for side, lit in ((-1, view.left_lit), (1, view.right_lit)):
         _draw_indicator(ink, _X + side * 98, 26, side, INDICATOR if lit else FAINT)
 

@@ -26,7 +26,7 @@ from tower.window.views import (
     Tone,
     ViewModel,
 )
-from tower.window.words import SCRIPTED_NOTE, dead_man_name, milliseconds, minutes, rule_words, seconds, sentence
+from tower.window.words import SCRIPTED_NOTE, dead_man_name, lamps_text, milliseconds, minutes, rule_words, seconds, sentence
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, Mode, VehicleDescription, VehicleState
@@ -85,6 +85,9 @@ def _banner(sights: Sights, has_card: bool) -> BannerView:
         return BannerView(look=look, cause="", hint="", tone=Tone.CALM)
     stopping = look.driver is Driver.STOPPING or mode is Mode.STOPPED
     cause = sentence(status.failsafe if mode is Mode.REMOTE and status.failsafe else status.cause)
+    lost = sights.fresh_operator.device_note if sights.fresh_operator is not None else ""
+    if lost and (stopping or mode is Mode.REMOTE):
+        return BannerView(look=look, cause=sentence(lost), hint=_hint(status, sights.fresh_operator), tone=Tone.BAD)
     return BannerView(
         look=look,
         cause="" if mode is Mode.REMOTE and not status.failsafe else cause,
@@ -117,7 +120,7 @@ def _dial(sights: Sights) -> DialView:
     scale = int(min(max(ceil(most * 1.3 / 10) * 10, 20), 300))
     if state is None:
         return DialView(
-            fresh=False, speed_km_h=0.0, cap_km_h=None, scale_km_h=scale, gear=Gear.PARK, left_lit=False, right_lit=False
+            fresh=False, speed_km_h=0.0, cap_km_h=None, scale_km_h=scale, gear=Gear.PARK, lamps="", left_lit=False, right_lit=False
         )
     mode = known_mode(sights.status, sights.now_ns)
     capped = mode in (Mode.REMOTE, Mode.HANDING_OVER, Mode.HANDING_BACK)
@@ -129,6 +132,7 @@ def _dial(sights: Sights) -> DialView:
         scale_km_h=scale,
         gear=state.gear,
         cap_km_h=round(state.speed_cap_m_s * KM_H * 2) / 2 if capped else None,
+        lamps=lamps_text(state),
         left_lit=on and (applied.hazard or applied.indicators is Indicators.LEFT),
         right_lit=on and (applied.hazard or applied.indicators is Indicators.RIGHT),
     )
@@ -238,7 +242,7 @@ def _operator(sights: Sights) -> OperatorView:
     known = sights.status is not None and known_mode(sights.status, sights.now_ns) is not None
     lease, tone = _lease(sights.status.message, operator) if sights.status is not None and known else ("Lease unknown", Tone.WARN)
     held = dead_man_name(operator.device)
-    note = SCRIPTED_NOTE if operator.device == "scripted" else "" if operator.armed else "Release both pedals once"
+    note = SCRIPTED_NOTE if operator.device == "scripted" else operator.device_note or operator.device_hint
     return OperatorView(
         name=f"{operator.operator} · {operator.device}",
         lease=lease,

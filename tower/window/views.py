@@ -38,6 +38,7 @@ class DialView:
     cap_km_h: float | None  # in steps of 0.5; None when nothing caps
     scale_km_h: int
     gear: Gear
+    lamps: str  # lights and wipers that are on, as the car says
     left_lit: bool
     right_lit: bool
 

@@ -1,5 +1,8 @@
 """Words and figures for the operator: numbers rounded as they are read. Pure."""
 
+from wire.messages.base import Lights, Wipers
+from wire.messages.vehicle import VehicleState
+
 _DEAD_MAN = {"keyboard": "Shift", "gamepad": "the left bumper", "scripted": "the dead-man control"}
 SCRIPTED_NOTE = "Scripted operator drives the controls. Any key: yours"
 
@@ -13,7 +16,7 @@ def rule_words(rules: tuple[str, ...]) -> str:
 
 def dead_man_name(device: str) -> str:
     """The named dead-man control of a device (architecture.md, "Failsafe")."""
-    return _DEAD_MAN.get(device.split(" (")[0], "the paddle")  # "gamepad (its name)"
+    return _DEAD_MAN.get(device.split(" (")[0], "the left paddle")  # "gamepad (its name)"
 
 
 def milliseconds(value: float | None) -> str:
@@ -37,3 +40,10 @@ def minutes(value: float) -> str:
 def sentence(text: str) -> str:
     """First letter large; nothing else touched."""
     return text[:1].upper() + text[1:]
+
+
+def lamps_text(state: VehicleState) -> str:
+    """What of lights, wipers and horn is on in the car; "" when nothing is."""
+    lights = {Lights.OFF: "", Lights.LOW: "low beam", Lights.HIGH: "HIGH BEAM"}[state.lights]
+    wipers = {Wipers.OFF: "", Wipers.SLOW: "wipers slow", Wipers.FAST: "wipers fast"}[state.wipers]
+    return " · ".join(word for word in (lights, wipers, "HORN" if state.applied.horn else "") if word)

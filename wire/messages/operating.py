@@ -74,7 +74,8 @@ class OperatorStatus(Message):
     stamp_ns: TimeNs
     operator: Name
     device: Name  # "scripted", "keyboard", "gamepad (its name)", a wheel's name
-    device_note: Text = ""  # what is wrong with the devices: "Logitech G920 unplugged"; "" when nothing is
+    device_note: Text = ""  # what happened to the controls: "Logitech G920 unplugged"; "" once they may be used again
+    device_hint: Text = ""  # what to do with the devices: press and release a pedal, install the udev rule; "" when nothing
     lease_epoch: Count  # 0: none
     lease_note: Text  # why there is no lease, or ""
     dead_man: bool
