@@ -137,7 +137,10 @@ def test_steering_is_slower_the_faster_the_car() -> None:
 
 def test_before_the_wheel_is_the_operators_the_keys_do_not_touch_it() -> None:
     desk = Desk(phase=Phase.READY, angle_rad=0.0)
-    assert desk.hold(1.0, steer=1.0).wheel.angle_rad == 0.0
+    at = desk.hold(1.0, steer=1.0)
+    assert at.wheel.angle_rad == 0.0
+    assert at.steer == 1.0  # the checklist hears of it all the same
+    assert desk.hold(0.1, steer=1.0, focus=False).steer == 0.0
 
 
 def test_taking_over_in_a_bend_starts_from_the_wheel_as_it_stands() -> None:

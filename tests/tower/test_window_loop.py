@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pygame
 from msgspec.structs import replace
@@ -17,8 +18,8 @@ from tower.window.sounds import Player
 from tower.window.sticks import Hands
 from wire.configuration import read_sections, shipped
 from wire.latest import Latest
-from wire.messages.base import Gear, Message, decoder, encode
-from wire.messages.operating import OperatorInput, WindowStatus
+from wire.messages.base import Gear, Indicators, Message, decoder, encode
+from wire.messages.operating import OperatorInput, OperatorStatus, WindowStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
 
 MS = 1_000_000
@@ -105,7 +106,7 @@ class HandMoved:
 class Stage:
     """A window with everything around it in memory, and a time that moves by hand."""
 
-    def __init__(self, snapshot: Path | None = None) -> None:
+    def __init__(self, snapshot: Path | None = None, checklist: bool = False) -> None:
         self.link, self.video, self.screen = LinkInMemory(), VideoInMemory(), ScreenInMemory()
         self.writer = SnapshotWriter(snapshot)
         self.now_ns = BEGIN_NS
@@ -118,6 +119,7 @@ class Stage:
             writer=self.writer,
             player=Player(False, 0.0),
             clock=HandMoved(self),
+            checklist=checklist,
         )
 
     def say(self, mode: Mode) -> None:
@@ -178,6 +180,70 @@ def test_sixty_pictures_are_shown_and_reported_each_once_with_its_stamps() -> No
         assert decoder(WindowStatus).decode(encode(status)) == status
         assert status.displayed_capture_ns == {"front": status.shown[0].capture_ns}
         assert not status.frozen
+
+
+def operator(**changes: Any) -> OperatorStatus:
+    plain = OperatorStatus(
+        stamp_ns=1,
+        operator="Anna",
+        device="keyboard",
+        lease_epoch=3,
+        lease_note="",
+        dead_man=False,
+        armed=True,
+        wheel_phase="idle",
+        steering_wheel_angle_rad=0.0,
+        steering_wheel_torque=0.0,
+        alignment_error_rad=0.0,
+        throttle=0.0,
+        brake=0.0,
+        road_wheel_angle_rad=0.0,
+        acceleration_m_s2=0.0,
+        gear=Gear.DRIVE,
+        indicators=Indicators.OFF,
+        hazard=False,
+        horn=False,
+        hand_over_note="",
+        stop_number=0,
+        stop_state="",
+        clock_offset_ns=VEHICLE_CLOCK_NS,
+        clock_bound_ns=MS,
+        round_trip_ms=20.0,
+    )
+    return msgspec.structs.replace(plain, **changes)
+
+
+def test_the_checklist_is_measured_on_what_comes_back_and_told_with_every_picture() -> None:
+    stage = Stage(checklist=True)
+    car = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
+    car = msgspec.structs.replace(car, cameras=tuple(camera for camera in car.cameras if camera.name == "front"))
+    stage.link.level("vehicle_description").put(car, stage.now_ns)
+    for word in (
+        {},
+        {"steer_asked": 1.0},
+        {},
+        {"steer_asked": -1.0},
+        {"brake": 1.0},
+        {},
+        {"stop_number": 1, "stop_state": "confirmed"},
+    ):
+        stage.link.level("operator_status").put(operator(**word), stage.now_ns)
+        stage.run(1000, mode=Mode.STANDBY)
+    assert stage.statuses[-1].checks == {
+        "wheel": "passed",
+        "brake": "passed",
+        "STOP": "passed",
+        "sound": "failed",  # this stage has none
+        "cameras": "passed",
+        "latency": "passed",  # 70 ms and half of 20
+    }
+
+
+def test_without_a_checklist_nothing_is_told_of_one() -> None:
+    stage = Stage()
+    stage.link.level("operator_status").put(operator(), stage.now_ns)
+    stage.run(100)
+    assert stage.statuses[-1].checks == {}
 
 
 def test_without_new_pictures_it_draws_on_and_reports_frozen_and_no_new_frame() -> None:

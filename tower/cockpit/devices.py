@@ -56,6 +56,7 @@ class Controls:
     throttle_reported: bool = False  # the device has said at least once where this pedal is
     brake_reported: bool = False
     wheel_reported: bool = True  # a real wheel has said at least once where it stands
+    steer: float = 0.0  # what a key or stick asks for, left positive; 0 for a wheel, whose angle says it
     dead_man: bool = False
     gear: Gear = Gear.DRIVE
     indicators: Indicators = Indicators.OFF

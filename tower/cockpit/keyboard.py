@@ -153,7 +153,7 @@ class KeyboardDevice:
             throttle_reported=usable and message.pedals_reported,
             brake_reported=usable and message.pedals_reported,
         )
-        return replace(controls, dead_man=message.dead_man, horn=message.horn) if usable else controls
+        return replace(controls, dead_man=message.dead_man, horn=message.horn, steer=message.steer) if usable else controls
 
     def _notice(self, message: OperatorInput | None) -> None:
         if message is None or message is self._last:

@@ -46,6 +46,7 @@ def operator_status(told: Told, now_ns: int) -> OperatorStatus:
         wheel_phase=told.wheel.phase,
         steering_wheel_angle_rad=clamp(told.controls.wheel.angle_rad, 16.0),
         steering_wheel_torque=clamp(told.wheel.torque, 1.0),
+        steer_asked=clamp(told.controls.steer, 1.0),
         alignment_error_rad=clamp(told.alignment_error_rad, 6.3),
         throttle=min(max(told.controls.throttle, 0.0), 1.0),
         brake=min(max(told.controls.brake, 0.0), 1.0),

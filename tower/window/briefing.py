@@ -1,5 +1,6 @@
 """What to know before taking over, beside the card's reasons: the gear, the link's forecast, the last ten seconds. Pure."""
 
+from tower.window.checks import Check, CheckState
 from tower.window.forecast import LOOP_AGE_FREE_MS, LOOP_AGE_STOP_MS, Forecast
 from tower.window.looks import known_mode
 from tower.window.sights import Sights
@@ -19,7 +20,8 @@ def briefing(sights: Sights) -> BriefingView | None:
     if mode is not Mode.TAKEOVER_REQUESTED and not reaching:
         return None
     return BriefingView(
-        replay=sights.replay if mode is Mode.TAKEOVER_REQUESTED else None, figures=(_gear(sights), *_link(sights.forecast))
+        replay=sights.replay if mode is Mode.TAKEOVER_REQUESTED else None,
+        figures=(_gear(sights), *_link(sights.forecast), *_open_checks(sights.checks)),
     )
 
 
@@ -32,6 +34,15 @@ def _gear(sights: Sights) -> Figure:
     if operator is None or operator.gear is state.gear:
         return Figure(label="Gear", text=theirs, tone=Tone.GOOD)
     return Figure(label="Gear", text=f"{theirs}, yours {_LETTERS[operator.gear]}", tone=Tone.WARN)
+
+
+def _open_checks(checks: tuple[Check, ...]) -> tuple[Figure, ...]:
+    """What of the checklist has not passed: a warning, no bar."""
+    missed = [check for check in checks if check.state is not CheckState.PASSED]
+    if not missed:
+        return ()
+    tone = Tone.BAD if any(check.state is CheckState.FAILED for check in missed) else Tone.WARN
+    return (Figure(label="Open", text=", ".join(check.name for check in missed), tone=tone),)
 
 
 def _link(said: Forecast | None) -> tuple[Figure, ...]:

@@ -7,6 +7,7 @@ import pygame
 
 from tower.window.age_history import Sample, add
 from tower.window.camera_views import cameras_of
+from tower.window.checks import Check, Checks, Measured, checked, items, told
 from tower.window.course import Motion, remember
 from tower.window.drive_log import DriveLog
 from tower.window.forecast import Minute, forecast
@@ -14,7 +15,7 @@ from tower.window.forecast import add as add_second
 from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, next_input, next_window_keys, released
 from tower.window.looks import known_mode
-from tower.window.picture_age import PictureSeen, PictureState, age_ns, see
+from tower.window.picture_age import PictureSeen, PictureState, age_ns, picture_state, see
 from tower.window.picture_layout import FRONT, SHOWN
 from tower.window.pictures import Frame
 from tower.window.replay_mark import ReplayMark
@@ -86,6 +87,7 @@ class DisplayLoop:
         player: Player,
         clock: Clock,
         replay: str = "",
+        checklist: bool = False,
     ) -> None:
         self._recording = recording
         self._link, self._video, self._screen = link, video, screen
@@ -101,6 +103,8 @@ class DisplayLoop:
         self._motions: tuple[Motion, ...] = ()
         self._minute = Minute()
         self._ring = ReplayRing()
+        self._checks = Checks() if checklist else None
+        self._check_items: tuple[Check, ...] = ()
         self._heard_ns: dict[str, int] = {}
         self._drawn_ns = 0
         self._shown_capture_ns: dict[str, int] = {}  # by camera
@@ -177,6 +181,7 @@ class DisplayLoop:
         age = age_ns(self._pictures.get(FRONT), now_ns, self._offset_ns())
         self._minute = add_second(self._minute, self._loop_to_expect_ms(age, now_ns), now_ns)
         self._ring.follow(mode is Mode.TAKEOVER_REQUESTED, now_ns)
+        self._check(mode, now_ns)
         self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns, self._bars)
 
     def _learn_of_cameras(self, now_ns: int) -> None:
@@ -190,6 +195,24 @@ class DisplayLoop:
         news = self._heard_ns.get(name) != received_ns
         self._heard_ns[name] = received_ns
         return news
+
+    def _check(self, mode: Mode | None, now_ns: int) -> None:
+        """The checklist, with every word of the cockpit; the alarm is tried while the car does not ask."""
+        operator, description = self._levels["operator_status"].get(), self._levels["vehicle_description"].get()
+        if self._checks is None or operator is None or not self._is_news("operator_status", operator.received_ns):
+            return
+        if mode in (Mode.STANDBY, Mode.AUTONOMOUS):
+            self._player.try_out()
+        self._checks = checked(self._checks, operator.message)
+        measured = Measured(
+            standing=self._is_standing(now_ns),
+            pictures={name: picture_state(seen, now_ns, self._offset_ns()) for name, seen in self._pictures.items()},
+            description=description.message if description is not None else None,
+            minute=self._minute,
+            now_ns=now_ns,
+            trial=self._player.trial,
+        )
+        self._check_items = items(self._checks, measured)
 
     def _loop_to_expect_ms(self, age: int | None, now_ns: int) -> float | None:
         """Of a command given now: the picture's age on the car's clock, and half a round trip."""
@@ -228,6 +251,7 @@ class DisplayLoop:
             motions=self._motions,
             forecast=forecast(self._minute, description.message.speed_max_remote_m_s) if description is not None else None,
             replay=self._ring.frame(now_ns),
+            checks=self._check_items,
             window_device=self._input.device,
             log=self._log,
             road_map=road_map.message if road_map is not None else None,
@@ -255,6 +279,7 @@ class DisplayLoop:
                 frozen=model.picture.state is PictureState.FROZEN,
                 shown=shown,
                 displayed_capture_ns=dict(self._shown_capture_ns),
+                checks=told(self._check_items),
                 frames_dropped=sum(self._video.replaced.values()),
             ),
         )

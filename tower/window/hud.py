@@ -11,6 +11,7 @@ import pygame
 from tower.window.banner import draw_subtitle, draw_tab
 from tower.window.briefing_view import briefing_height, draw_briefing
 from tower.window.card_view import card_height, draw_card
+from tower.window.checks_view import checklist_height, draw_checklist
 from tower.window.controls_bar import draw_controls
 from tower.window.dial import draw_dial
 from tower.window.end_screen import draw_end
@@ -95,6 +96,9 @@ class Hud:
             wide = at.briefing.w / at.scale
             box = at.briefing._replace(h=max(1, round(briefing_height(model.briefing, wide) * at.scale)))
             self._blit(surface, "briefing", box, model.briefing, draw_briefing)
+        elif model.checklist is not None and model.end is None:
+            box = at.briefing._replace(h=max(1, round(checklist_height(model.checklist) * at.scale)))
+            self._blit(surface, "checklist", box, model.checklist, draw_checklist)
         if model.help_open:
             self._blit(surface, "help", at.help, None, lambda ink, _: draw_help(ink))
         if model.toast:

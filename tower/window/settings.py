@@ -15,5 +15,6 @@ class WindowSettings(Message):
     span_displays: bool = False  # one window without a border over all monitors side by side; three of one size fit best
     sound: bool = True
     volume: Ratio = 0.6
+    checklist: bool = True  # before the drive; a scripted operator has none
     snapshot: Name = "window.png"  # written into the session's folder while the operator drives; "" writes none
     replay: Text = ""  # what recording is played: stands across the window all the time, and nothing can be driven; "" is live

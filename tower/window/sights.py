@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from tower.window.age_history import Sample
+from tower.window.checks import Check
 from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
 from tower.window.forecast import Forecast
@@ -39,6 +40,7 @@ class Sights:
     rear_wanted: bool = False
     history: tuple[Sample, ...] = ()
     motions: tuple[Motion, ...] = ()  # the car's own measurements of the last moments
+    checks: tuple[Check, ...] = ()  # () when no checklist is wanted
     forecast: Forecast | None = None
     replay: ReplayFrame | None = None
     log: DriveLog

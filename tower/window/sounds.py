@@ -1,4 +1,5 @@
-"""The four sounds of the window, made when it starts, and the table that says when. Nothing else makes a sound.
+"""The four sounds of the window, made when it starts, and the table that says when. Nothing else makes a sound; the checklist
+plays the alarm once before the drive.
 
 A sound tells who drives now; the alarm repeats as long as the car asks. Played with pygame; without a sound device, silent.
 """
@@ -24,6 +25,15 @@ class Sound(StrEnum):
     OPERATOR_DRIVES = "operator drives"
     CAR_DRIVES = "car drives"
     STOPPING = "stopping"
+
+
+class Trial(StrEnum):
+    """Of the sound, before the drive."""
+
+    WAITING = "waiting"
+    PLAYING = "playing"
+    PLAYED = "played"
+    SILENT = "silent"  # no device, or no sound wanted
 
 
 _BY_DRIVER = {Driver.OPERATOR: Sound.OPERATOR_DRIVES, Driver.CAR: Sound.CAR_DRIVES, Driver.STOPPING: Sound.STOPPING}
@@ -99,6 +109,21 @@ class Player:
         self._known: Mode | None = None
         self._sounds = _prepared(volume) if enabled else {}
         self._alarm: pygame.mixer.Channel | None = None
+        self._tried: pygame.mixer.Channel | None = None
+
+    def try_out(self) -> None:
+        """Play the alarm once, so that the operator knows it and the checklist that it can be played."""
+        if self._sounds and self._tried is None:
+            self._tried = self._sounds[Sound.REQUEST].play()
+
+    @property
+    def trial(self) -> Trial:
+        """PLAYED once the device has taken the whole of it; whether it was heard only the operator knows."""
+        if not self._sounds or os.environ.get("SDL_AUDIODRIVER") == "dummy":
+            return Trial.SILENT
+        if self._tried is None:
+            return Trial.WAITING
+        return Trial.PLAYING if self._tried.get_busy() else Trial.PLAYED
 
     def hear(self, mode: Mode | None) -> None:
         """Once per cycle, with the mode shown now."""

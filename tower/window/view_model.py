@@ -8,6 +8,7 @@ from math import ceil, degrees
 from tower.window.briefing import briefing
 from tower.window.camera_views import camera_views
 from tower.window.card import UNFOCUSED, card, focus_is_missed
+from tower.window.checks import CheckState
 from tower.window.looks import Driver, known_mode, look_at
 from tower.window.picture_age import PictureState, age_ns, picture_state
 from tower.window.road_model import road_view
@@ -15,6 +16,7 @@ from tower.window.sights import Sights
 from tower.window.views import (
     BannerView,
     CardView,
+    ChecklistView,
     ControlsView,
     DialView,
     EndView,
@@ -33,6 +35,7 @@ from wire.messages.vehicle import Actuation, GatewayStatus, Mode, VehicleDescrip
 
 KM_H = 3.6  # km/h per m/s
 STANDING_M_S = 0.3
+_BEFORE_DRIVING = (None, Mode.STANDBY, Mode.AUTONOMOUS, Mode.SAFE_STOP, Mode.STOPPED)
 _BLINK_NS = 350_000_000  # ours: half a period, 86 flashes a minute (UN R6: 60 to 120)
 _SCALE_KM_H = 40  # of the dial before the car has said how fast it may go
 _AGE_WARN_MS, _AGE_BAD_MS = 200, 500  # architecture: the speed cap falls above 200 ms, the car stops above 500 ms
@@ -54,6 +57,7 @@ def view_model(sights: Sights) -> ViewModel:
         map=_map(sights),
         card=the_card,
         briefing=briefing(sights),
+        checklist=_checklist(sights),
         end=_end(sights),
         help_open=sights.keys.help_open,
         toast=_toast(sights, picture, the_card),
@@ -275,6 +279,14 @@ def _map(sights: Sights) -> MapView:
         car_length_m=car.length_m if car is not None else 4.5,
         car_width_m=car.width_m if car is not None else 1.8,
     )
+
+
+def _checklist(sights: Sights) -> ChecklistView | None:
+    """Before the first drive, as long as something is open; a request and whoever reaches for the car come first."""
+    mode = known_mode(sights.status, sights.now_ns)
+    open_items = any(check.state is not CheckState.PASSED for check in sights.checks)
+    driven = sights.log.seconds_in(Mode.REMOTE) > 0
+    return ChecklistView(items=sights.checks) if open_items and not driven and mode in _BEFORE_DRIVING else None
 
 
 def _toast(sights: Sights, picture: PictureView, shown: CardView | None) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from tower.window.age_history import Sample
+from tower.window.checks import Check
 from tower.window.course import Strip
 from tower.window.drive_log import Stretch
 from tower.window.looks import Look
@@ -72,6 +73,11 @@ class LinkView:
     figures: tuple[Figure, ...]
     samples: tuple[Sample, ...]
     now_ns: int  # of the newest sample
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChecklistView:
+    items: tuple[Check, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,6 +178,7 @@ class ViewModel:
     map: MapView
     card: CardView | None
     briefing: BriefingView | None
+    checklist: ChecklistView | None
     end: EndView | None
     help_open: bool
     toast: str

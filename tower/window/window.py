@@ -49,6 +49,7 @@ def run(config: Path, stop: threading.Event) -> int:
             recording=Path(wire.session.folder).name,
             full_screen=settings.full_screen,
             replay=settings.replay,
+            checklist=settings.checklist and sections["tower"].cockpit.device != "scripted" and not settings.replay,
             link=link,
             video=video,
             screen=screen,

@@ -83,6 +83,7 @@ class OperatorStatus(Message):
     wheel_phase: Name  # idle, align, ready, active, release
     steering_wheel_angle_rad: SteeringWheelAngle
     steering_wheel_torque: SignedRatio  # normalised, as sent to the wheel
+    steer_asked: SignedRatio = 0.0  # what key or stick asks for, left positive, also before the wheel is the operator's; 0: a wheel
     alignment_error_rad: Angle  # at the steering wheel: operator's angle minus the car's
     throttle: Ratio
     brake: Ratio
@@ -149,6 +150,7 @@ class WindowStatus(Message):
     frozen: bool  # FROZEN stands over a picture
     shown: Annotated[tuple[ShownFrame, ...], Meta(max_length=64)]  # brought on screen by this flip, usually none or one
     frames_dropped: Count  # decoded but replaced before they could be shown, since start
+    checks: dict[Name, Name] = {}  # of the pre-drive checklist: pending, passed, failed; empty when there is none
 
 
 class ClockPing(Message):
