@@ -7,16 +7,15 @@ nothing: see `recordings.stage` for what keeps a replay apart from any car.
 
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from recordings.read import Recording
 from recordings.stage import Program, stage_folder, stage_tables, write_configuration
-from recordings.timeline import Timeline, recorded_vehicle, timeline
+from recordings.timeline import Timeline, timeline
 from recordings.writer import VIDEO
 from wire.clock import Clock
 from wire.configuration import read_sections, read_tables
@@ -60,9 +59,10 @@ class Player:
         self._car, self._tower = car, tower
         self.played = Played()
 
-    def hold(self, pictures: Iterable[bytes]) -> None:
-        """The pictures to begin with, as often as one likes: a window that has just come can show something."""
-        for payload in pictures:
+    def hold(self, plan: Timeline) -> None:
+        """What to begin with, as often as one likes: a window that has just come asks for the car's cameras, and shows them."""
+        self._car.publish("vehicle_description", plan.vehicle)
+        for payload in plan.first_pictures.values():
             self._car.publish(_PLAYED_VIDEO, payload)
 
     def say(self, topic: str, payload: bytes) -> None:
@@ -94,7 +94,8 @@ def play(
     plan, clock = timeline(recording, from_s), Clock()
     with ExitStack() as stack:
         folder = stack.enter_context(stage_folder())
-        tables = _tables(recording, config, folder)
+        vehicle_id = recording.metadata.get("drive", {}).get("vehicle_id") or plan.vehicle.vehicle_id
+        tables = stage_tables(read_tables(config), plan.vehicle, vehicle_id, label_of(recording), folder)
         written = write_configuration(tables, 0, folder / "video.toml")
         wire: WireSettings = read_sections(written, {"wire": WireSettings})["wire"]
         car, tower = (
@@ -112,12 +113,6 @@ def play(
             tell(f"watch within {lead_ns / 1e9:.0f} s with: tower window --config {written}")
         _run(player, recording, plan, begin_ns, Waiting(clock, stop, programs))
         return player.played
-
-
-def _tables(recording: Recording, config: Path, folder: Path) -> dict[str, Any]:
-    vehicle = recorded_vehicle(recording)
-    vehicle_id = recording.metadata.get("drive", {}).get("vehicle_id") or vehicle.vehicle_id
-    return stage_tables(read_tables(config), vehicle, vehicle_id, label_of(recording), folder)
 
 
 def lead_for(video_s: float) -> int:
@@ -150,10 +145,10 @@ class Waiting:
 
 
 def _run(player: Player, recording: Recording, plan: Timeline, begin_ns: int, waiting: Waiting) -> None:
-    """The first pictures again and again until `begin_ns`, then every message at its time."""
+    """The car and its first pictures again and again until `begin_ns`, then every message at its time."""
     clock, played = waiting.clock, player.played
     while clock.now_ns() < begin_ns:
-        player.hold(plan.first_pictures.values())
+        player.hold(plan)
         if not waiting.until(min(clock.now_ns() + round(_REPEAT_S * 1e9), begin_ns)):
             return
     for topic, log_ns, payload in recording.payloads(plan.start_ns):

@@ -23,6 +23,7 @@ class Timeline:
     end_ns: int  # log_time of the last message
     utc_minus_vehicle_ns: int  # Unix time = the car's clock + this
     vehicle_minus_tower_ns: int  # the car's clock = the tower's + this, as the tower measured it first
+    vehicle: VehicleDescription  # as it described itself
     first_pictures: dict[str, bytes]  # per camera: an IDR at the start, as the `video` topic carries it
 
     def tower_ns(self, log_ns: int) -> int:
@@ -47,6 +48,7 @@ def timeline(recording: Recording, from_s: float) -> Timeline:
         end_ns=span[1],
         utc_minus_vehicle_ns=int(recording.metadata.get("clock", {}).get("utc_minus_vehicle_ns", 0)),
         vehicle_minus_tower_ns=_vehicle_minus_tower_ns(recording),
+        vehicle=_vehicle(recording),
         first_pictures={camera: payload for camera, (_, payload) in pictures.items()},
     )
 
@@ -71,7 +73,7 @@ def _vehicle_minus_tower_ns(recording: Recording) -> int:
     return next(offsets, 0)
 
 
-def recorded_vehicle(recording: Recording) -> VehicleDescription:
+def _vehicle(recording: Recording) -> VehicleDescription:
     """The car as it described itself. Raises RecordingError when it never did."""
     for _, description in recording.messages("vehicle_description"):
         return description  # type: ignore[no-any-return]

@@ -4,7 +4,7 @@ import math
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recordings.differences import difference
@@ -13,12 +13,14 @@ LEAVES = st.none() | st.booleans() | st.integers(-(2**53), 2**53) | st.floats(al
 TREES = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(st.text(max_size=5), inner), max_leaves=20)
 
 
+@settings(deadline=None)  # a busy machine is no error
 @given(TREES)
 def test_a_text_does_not_differ_from_itself_however_it_is_spaced(tree):
     text = msgspec.json.encode(tree)
     assert difference(text, msgspec.json.format(text, indent=3)) is None
 
 
+@settings(deadline=None)  # a busy machine is no error
 @given(st.floats(allow_nan=False, allow_infinity=False, max_value=1e300))
 def test_the_next_float_is_a_difference(value):
     found = difference(msgspec.json.encode({"a": [0, value]}), msgspec.json.encode({"a": [0, math.nextafter(value, math.inf)]}))

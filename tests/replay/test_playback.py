@@ -18,7 +18,7 @@ from recordings.playback import Player, lead_for
 from recordings.program import app
 from recordings.read import open_recording
 from recordings.stage import stage_folder, stage_tables, write_configuration
-from recordings.timeline import recorded_vehicle, timeline
+from recordings.timeline import timeline
 from vehicle_gateway.video.sei import stamp_nal
 from wire import certificates
 from wire.configuration import read_sections, shipped
@@ -188,10 +188,20 @@ def test_everything_is_said_at_the_site_it_came_from_byte_for_byte_and_pictures_
     assert player.played.unknown == {"of_tomorrow": 1}
 
 
+def test_before_it_begins_the_car_is_described_and_its_first_picture_said_without_counting_them(filmed):
+    car, tower = Kept(), Kept()
+    player = Player(car, tower)  # type: ignore[arg-type]
+    with open_recording(filmed) as recording:
+        plan = timeline(recording, 0.0)
+    player.hold(plan)
+    assert car.said == [("vehicle_description", CAR), ("played_video", plan.first_pictures["front"])]
+    assert (tower.said, player.played.messages.total()) == ([], 0)
+
+
 def test_the_stage_has_ports_and_certificates_of_its_own_and_the_watchers_window(filmed):
     with stage_folder() as folder, open_recording(filmed) as recording:
         base = {"tower": {"window": {"width_px": 640}, "cockpit": {"operator": "x"}}, "wire": {"link": {"certificates": "/theirs"}}}
-        tables = stage_tables(base, recorded_vehicle(recording), "car-1", "a/drive.mcap", folder)
+        tables = stage_tables(base, timeline(recording, 0.0).vehicle, "car-1", "a/drive.mcap", folder)
         wire = read_sections(write_configuration(tables, -5, folder / "x.toml"), {"wire": WireSettings})["wire"]
         assert certificates.missing(folder / "certificates") == ()
     assert not folder.exists()
