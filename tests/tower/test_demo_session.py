@@ -1,4 +1,5 @@
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -7,10 +8,13 @@ from recordings.settings import RecordingsSettings
 from tower.demo.session import HOUR_NS, choose, free_udp_ports, write_session
 from tower.settings import TowerSettings
 from vehicle_gateway.settings import VehicleGatewaySettings
+from wire.bundle import export, install
+from wire.certificates import check, make
 from wire.configuration import ConfigurationError, read_sections, shipped
 from wire.messages.vehicle import VehicleDescription
 from wire.scenario import find_scenario
 from wire.settings import WireSettings
+from wire.topics import Role
 
 BASE = shipped("simulated.toml")
 ROOMS = {
@@ -45,6 +49,19 @@ def test_two_sessions_share_neither_port_nor_bus(tmp_path):
         two["vehicle_gateway"].can.channel,
         two["vehicle_gateway"].can.port,
     )
+
+
+def test_a_machine_that_is_one_site_of_two_still_plays_the_demo_on_its_own(tmp_path):
+    make(tmp_path / "office")
+    install(export(tmp_path / "office", "", (), with_simulation=False), tmp_path / "certificates", replace=False)
+    tables = choose(BASE, "", "")
+    tables["wire"]["link"].update(certificates=str(tmp_path / "certificates"), listen=["0.0.0.0:7451"], connect=["10.0.0.1:7450"])
+    tables["wire"]["link"]["fleet"] = [{"vehicle_id": "car-1"}]
+    (tmp_path / "session").mkdir()
+    link = read_sections(write_session(tables, tmp_path / "session"), ROOMS)["wire"].link
+    assert (link.listen, link.connect, link.fleet) == ((), (), ())
+    check(Path(link.certificates), Role.VEHICLE_HUB, link.vehicle_id)
+    check(Path(link.certificates), Role.TOWER_SCRIPT, link.vehicle_id)
 
 
 def test_what_the_user_got_wrong_is_told_before_anything_is_written(tmp_path):

@@ -57,8 +57,11 @@ def write_session(tables: dict[str, Any], folder: Path) -> Path:
     car_port, tower_port, can_port, actuator_port = free_udp_ports(4)
     link = _get(tables, "wire", "link")
     place = certificates.folder_of(link.get("certificates", ""))
+    if certificates.is_imported(place):  # for one site of two machines; here both are needed
+        place = place.with_name(f"{place.name}-demo")
     certificates.ensure(place)
     link.update(car_hub=f"127.0.0.1:{car_port}", tower_hub=f"127.0.0.1:{tower_port}", certificates=str(place.resolve()))
+    link.update(connect=[], listen=[], fleet=[])  # all on this machine
     _get(tables, "wire", "clock")["tower_offset_ns"] = HOUR_NS + secrets.randbelow(HOUR_NS)
     _get(tables, "wire", "session").update(folder=str(folder), name=folder.name)
     _get(tables, "vehicle_gateway")["memory"] = str(folder / "gateway-memory.json")
