@@ -115,7 +115,9 @@ def hosts(bundle: Bundle) -> tuple[str, ...]:
 
 
 def ends(bundle: Bundle) -> datetime:
-    return min(x509.load_pem_x509_certificate(each.certificate.encode()).not_valid_after_utc for each in bundle.roles.values())
+    """When the first of its certificates expires, the authority's among them."""
+    texts = (bundle.authority, *(each.certificate for each in bundle.roles.values()))
+    return min(x509.load_pem_x509_certificate(text.encode()).not_valid_after_utc for text in texts)
 
 
 def _digest(bundle: Bundle) -> str:

@@ -63,6 +63,10 @@ def check(folder: Path, role: Role, vehicle_id: str) -> None:
     problems = (
         (not is_issued_by(own, authority), "was issued by another authority than authority.pem beside it"),
         (now > own.not_valid_after_utc, f"expired on {own.not_valid_after_utc:%Y-%m-%d}"),
+        (
+            now > authority.not_valid_after_utc,
+            f"is worth nothing: its authority expired on {authority.not_valid_after_utc:%Y-%m-%d}",
+        ),
         (now < own.not_valid_before_utc, f"is valid from {own.not_valid_before_utc:%Y-%m-%d} on: is this machine's clock right?"),
         (common_name(own) not in names, f"was issued for {common_name(own)}, not for {names[-1]}: see [wire.link] vehicle_id"),
     )
