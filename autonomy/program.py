@@ -7,6 +7,8 @@ import typer
 
 from autonomy.run import run as run_stack
 from wire.configuration import shipped
+from wire.logs import Format, LogFormat
+from wire.logs import start as start_log
 from wire.process import run_until_stopped
 
 Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
@@ -15,8 +17,9 @@ application = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exc
 
 
 @application.callback()
-def describe() -> None:
+def options(context: typer.Context, log_format: LogFormat = Format.TEXT) -> None:
     """In the car: localize, perceive, plan, control, and ask for a person when in doubt."""
+    start_log(f"autonomy {context.invoked_subcommand}", log_format)
 
 
 @application.command()

@@ -22,6 +22,8 @@ from recordings.recover import Part, default_output, examine
 from recordings.recover import recover as write_recovered
 from recordings.summary import Summary, summarize
 from wire.configuration import ConfigurationError, read_sections, shipped
+from wire.logs import Format, LogFormat, tell_error
+from wire.logs import start as start_log
 from wire.messages.base import encode
 from wire.process import BEHIND_CONTROL, USER_ERROR, run_until_stopped
 from wire.settings import WireSettings
@@ -30,6 +32,11 @@ _DEFAULT = shipped("simulated.toml")
 app = typer.Typer(
     help="Record a drive, read it, repair it.", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False
 )
+
+
+@app.callback()
+def options(context: typer.Context, log_format: LogFormat = Format.TEXT) -> None:
+    start_log(f"recordings {context.invoked_subcommand}", log_format)
 
 
 @app.command()
@@ -84,7 +91,7 @@ def _told(run: Callable[[], int]) -> int:
     try:
         return run()
     except (RecordingError, ConfigurationError) as error:
-        print(error, file=sys.stderr)
+        tell_error(str(error))
         return USER_ERROR
 
 

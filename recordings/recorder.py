@@ -21,7 +21,9 @@ from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.latest import EventQueue
 from wire.link import open_link
+from wire.logs import fields
 from wire.messages.base import Message
+from wire.notify import NOBODY, Notifier, notifier
 from wire.pace import Pace
 from wire.settings import WireSettings
 from wire.topics import PROGRAMS, TOPICS, Role
@@ -76,8 +78,11 @@ class Recorder:
         return {reason[:64]: count for reason, count in counts.items() if count}
 
 
-def keep_writing(recorder: Recorder, link: RecordedLink, pace: Pace) -> None:
-    """Write once per period until asked to stop, then what is left. Raises OSError after saying what was lost."""
+def keep_writing(recorder: Recorder, link: RecordedLink, pace: Pace, manager: Notifier = NOBODY) -> None:
+    """Write once per period until asked to stop, then what is left. Raises OSError after saying what was lost.
+
+    manager  of services: told once a second that what came was written
+    """
     told_ns: int | None = None
     try:
         for now_ns in pace:
@@ -85,6 +90,7 @@ def keep_writing(recorder: Recorder, link: RecordedLink, pace: Pace) -> None:
             if told_ns is None or now_ns - told_ns >= _HEALTH_PERIOD_NS:
                 told_ns = now_ns
                 link.publish("car_health", pace.health(PROCESS, "write", recorder.dropped()))
+                manager.tell("READY=1", "WATCHDOG=1")
         recorder.write()
     except OSError:
         link.publish("car_health", pace.health(PROCESS, "write", recorder.dropped()))
@@ -124,8 +130,9 @@ def record(config: Path, stop: threading.Event, finished: Callable[[Path], None]
         try:
             drive = DriveWriter(stream, provenance)
             recorder = Recorder(link, drive, settings.queue_limit)
-            with Pace(settings.flush_period_ms / 1e3, clock, stop) as pace:
-                keep_writing(recorder, link, pace)
+            _LOG.info("recording", extra=fields(file=path, vehicle=wire.link.vehicle_id))
+            with notifier() as manager, Pace(settings.flush_period_ms / 1e3, clock, stop) as pace:
+                keep_writing(recorder, link, pace, manager)
             drive.close()
         except OSError as error:
             with suppress(OSError):

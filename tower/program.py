@@ -7,6 +7,8 @@ import typer
 
 from tower.devices.program import application as devices
 from wire.configuration import shipped
+from wire.logs import Format, LogFormat
+from wire.logs import start as start_log
 from wire.process import BEHIND_CONTROL, run_until_stopped
 
 application = typer.Typer(
@@ -23,6 +25,13 @@ Listen = Annotated[list[str] | None, typer.Option(help="Wait there for the car t
 Folder = Annotated[str, typer.Option(help="Where certificates are kept; the configuration's folder by default.")]
 Hosts = Annotated[list[str] | None, typer.Option(help="A name or address under which that machine is dialled; may be repeated.")]
 DEFAULT = shipped("simulated.toml")
+
+
+@application.callback()
+def options(context: typer.Context, log_format: LogFormat = Format.TEXT) -> None:
+    start_log(f"tower {context.invoked_subcommand}", log_format)
+
+
 certificates = typer.Typer(no_args_is_help=False)
 application.add_typer(certificates, name="certificates")
 

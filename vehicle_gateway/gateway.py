@@ -5,10 +5,9 @@ gives a cycle, and a cycle that sees silence brakes.
 """
 
 import gc
+import logging
 import secrets
-import sys
 import threading
-import traceback
 from pathlib import Path
 
 import msgspec
@@ -27,13 +26,16 @@ from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
 from wire.load import stolen_s
+from wire.logs import fields
 from wire.messages.operating import ClockPing, ClockPong
 from wire.messages.vehicle import Mode, VehicleDescription
+from wire.notify import NOBODY, Notifier, notifier
 from wire.pace import Lateness, raise_priority
 from wire.settings import WireSettings
 from wire.site import override
 from wire.topics import PROGRAMS, Role
 
+log = logging.getLogger(__name__)
 PROGRAM = PROGRAMS[Role.VEHICLE_HUB]
 DEADLINE_NS = 10_000_000
 SHORTEST_NS = 4_000_000  # 250 Hz
@@ -63,7 +65,10 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
             open_bus(settings.can, "vehicle", inbox.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
         ):
             gateway = Gateway(link, bus, inbox, memory, journal, clock, sections["vehicle"], settings, remembered)
-            return gateway.run(stop, wire.pace.fifo_priority)
+            where = {"hub": wire.link.car_hub, "can": f"{settings.can.interface} {settings.can.channel}", "boot_id": boot_id}
+            log.info("started", extra=fields(vehicle=wire.link.vehicle_id, **where))
+            with notifier() as manager:
+                return gateway.run(stop, wire.pace.fifo_priority, manager)
 
 
 class Gateway:
@@ -80,7 +85,7 @@ class Gateway:
         remembered: Remembered,
     ) -> None:
         self._link, self._bus, self._inbox, self._memory, self._clock = link, bus, inbox, memory, clock
-        self._journal = journal
+        self._journal, self._manager = journal, NOBODY
         self._codec = codec_of(read_layouts(settings.can.dbc))
         self._vehicle, self._limits = vehicle, settings.limits
         self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
@@ -98,8 +103,9 @@ class Gateway:
             ClockPong(number=ping.number, ping_sent_ns=ping.sent_ns, received_ns=received_ns, sent_ns=self._clock.now_ns()),
         )
 
-    def run(self, stop: threading.Event, fifo_priority: int) -> int:
-        self._scheduling = raise_priority(fifo_priority)
+    def run(self, stop: threading.Event, fifo_priority: int, manager: Notifier) -> int:
+        """Cycles until `stop`. manager: of services, told once a second that cycles are made, and who drives."""
+        self._scheduling, self._manager = raise_priority(fifo_priority), manager
         gc.collect()
         gc.freeze()
         deadline_ns = self._clock.now_ns()
@@ -110,7 +116,7 @@ class Gateway:
                 now_ns, deadline_ns = self._wait(deadline_ns)
                 self._cycle(now_ns)
         except Exception:  # noqa: BLE001 - whatever it is: the car must stop, and the ECU does that when we are silent
-            traceback.print_exc(file=sys.stderr)
+            log.exception("ended by an error; the ECU stops the car")
             return 1
         return 0
 
@@ -159,6 +165,8 @@ class Gateway:
         self._number += 1
         self._journal.keep(Entry(self._number, now_ns, before, inputs, self.state, outputs, sent_ns))
         changed = before.authority != self.state.authority or before.hand_over != self.state.hand_over
+        if before.authority.mode != self.state.authority.mode:
+            self._tell_mode()
         if self._due("vehicle_state", STATE_NS, now_ns):
             self._link.publish(
                 "vehicle_state",
@@ -170,6 +178,12 @@ class Gateway:
             self._link.publish("vehicle_description", self._vehicle)
             self._tell_health(now_ns)
 
+    def _tell_mode(self) -> None:
+        """To whoever reads the log or asks the service manager."""
+        mode, cause, operator = self.state.authority.mode, self.state.cause, self.state.lease.holder
+        log.info("mode", extra=fields(mode=mode, cause=cause, operator=operator))
+        self._manager.tell(f"STATUS={mode.replace('_', ' ')}: {cause}")
+
     def _tell_health(self, now_ns: int) -> None:
         """Our own loop's, and the ECU's, which has no link."""
         own = self._lateness.health(PROGRAM, "cycle", now_ns, self._scheduling, self._dropped(), stolen_s())
@@ -177,6 +191,7 @@ class Gateway:
         for health in (own, ecu):
             if health is not None:
                 self._link.publish("car_health", health)
+        self._manager.tell("READY=1", "WATCHDOG=1")
 
     def _due(self, name: str, period_ns: int, now_ns: int) -> bool:
         if now_ns - self._told.get(name, 0) < period_ns:

@@ -9,7 +9,10 @@ from typing import Annotated
 
 import typer
 
+from vehicle_gateway.service import Site
 from wire.configuration import shipped
+from wire.logs import Format, LogFormat
+from wire.logs import start as start_log
 from wire.process import BEHIND_ALL, run_until_stopped
 
 application = typer.Typer(
@@ -22,6 +25,11 @@ Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.
 Connect = Annotated[list[str] | None, typer.Option(help="Dial the tower there: HOST:PORT.")]
 Listen = Annotated[list[str] | None, typer.Option(help="Wait there for the tower: HOST:PORT, or 0.0.0.0:PORT.")]
 DEFAULT = shipped("simulated.toml")
+
+
+@application.callback()
+def options(context: typer.Context, log_format: LogFormat = Format.TEXT) -> None:
+    start_log(f"vehicle-gateway {context.invoked_subcommand}", log_format)
 
 
 def _start(module: str, config: Path, niceness: int = 0) -> None:
@@ -66,6 +74,30 @@ def check_config(config: Config = DEFAULT) -> None:
     from vehicle_gateway.check.program import run as run_check
 
     raise typer.Exit(run_until_stopped(lambda path, _: run_check(path), config))
+
+
+@application.command()
+def status(
+    config: Config = DEFAULT,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object, and nothing else.")] = False,
+    wait: Annotated[float, typer.Option(min=0.1, max=60.0, help="Seconds until no gateway counts as answer.")] = 3.0,
+) -> None:
+    """What the running gateway says: who drives and why, lease, link, CAN, cameras, loops, recorder. Exit 1 when none answers."""
+    from vehicle_gateway.status_program import run as run_status
+
+    raise typer.Exit(run_until_stopped(lambda path, stop: run_status(path, stop, json, wait), config))
+
+
+@application.command()
+def service(
+    config: Config = DEFAULT,
+    site: Annotated[Site, typer.Option(help="The car's units, or the operator's udev rule for wheels.")] = Site.CAR,
+    install: Annotated[Path | None, typer.Option(help="Write them below this folder, / on the machine itself; else print.")] = None,
+) -> None:
+    """Print or write the systemd units and udev rules, with the paths of this installation."""
+    from vehicle_gateway.service import run as run_service
+
+    raise typer.Exit(run_until_stopped(lambda path, _: run_service(path, site, install), config))
 
 
 def main() -> None:

@@ -40,7 +40,7 @@ def status_of(
 
 
 def vehicle_state_of(state: State, outputs: Outputs, sequence: int, now_ns: int, vehicle: VehicleDescription) -> VehicleState:
-    feedback = state.feedback
+    feedback, ages = state.feedback, ages_of(state, now_ns, vehicle)
     return VehicleState(
         stamp_ns=now_ns,
         boot_id=state.boot_id,
@@ -57,5 +57,6 @@ def vehicle_state_of(state: State, outputs: Outputs, sequence: int, now_ns: int,
         rules=outputs.rules,
         speed_cap_m_s=outputs.cap_m_s,
         loop_age_ms=state.loop_age_ms,
-        command_age_ms=ages_of(state, now_ns, vehicle).command_ms,
+        command_age_ms=ages.command_ms,
+        feedback_age_ms=ages.feedback_ms,
     )

@@ -1,13 +1,12 @@
 """Life of a process: asked to stop by SIGINT or SIGTERM, one clear line for an error the user can fix."""
 
-import logging
 import os
 import signal
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from wire import logs
 from wire.certificates import CertificateError
 from wire.configuration import ConfigurationError
 from wire.link import LinkError, Stopped
@@ -27,9 +26,6 @@ def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path,
     """
     if niceness and hasattr(os, "nice"):
         os.nice(niceness)
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s", stream=sys.stderr)
-    for chatty in ("aioice", "aiortc"):
-        logging.getLogger(chatty).setLevel(logging.WARNING)
     stop = threading.Event()
 
     def asked(*_: object) -> None:
@@ -46,5 +42,5 @@ def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path,
     except KeyboardInterrupt:
         return 130
     except (ConfigurationError, CertificateError, LinkError) as error:
-        print(error, file=sys.stderr)
+        logs.tell_error(str(error))
         return USER_ERROR

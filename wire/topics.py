@@ -22,7 +22,7 @@ class Role(StrEnum):
     TOWER_HUB = "tower-hub"  # a person's device
     TOWER_SCRIPT = "tower-script"  # the scripted operator; a real car refuses it
     WINDOW = "window"
-    CAR_OBSERVER = "car-observer"  # looks on at the car's hub (the demo's supervisor)
+    CAR_OBSERVER = "car-observer"  # looks on at the car's hub (`vehicle-gateway status`, the demo's supervisor)
 
 
 PROGRAMS: dict[Role, str] = {  # the command that a role's process is: how it names itself in its health and its log
@@ -132,7 +132,7 @@ TOPICS: dict[str, Topic] = {
         _topic("clock_ping", operating.ClockPing, 5, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND, recorded=False),
         # car -> tower
         _topic("clock_pong", operating.ClockPong, 5, R.VEHICLE_HUB, COCKPITS, T.COMMAND, recorded=False),
-        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW, R.VIDEO}, T.COMMAND),
+        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW, R.VIDEO, R.CAR_OBSERVER}, T.COMMAND),
         _topic(
             "gateway_status",
             vehicle.GatewayStatus,
@@ -152,7 +152,7 @@ TOPICS: dict[str, Topic] = {
         _topic("autonomy_status", automation.AutonomyStatus, 20, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW}, T.STATE),
         _topic("scene", automation.Scene, 10, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW} | COCKPITS, T.BULK),
         _topic("road_map", automation.RoadMap, 1, R.AUTONOMY, {R.WINDOW} | COCKPITS, T.BULK),
-        _topic("camera_status", sensing.CameraStatus, 5, R.VIDEO, {R.VEHICLE_HUB}, T.STATE),
+        _topic("camera_status", sensing.CameraStatus, 5, R.VIDEO, {R.VEHICLE_HUB, R.CAR_OBSERVER}, T.STATE),
         # inside the car
         _topic("autonomy_command", automation.AutonomyCommand, 100, R.AUTONOMY, {R.VEHICLE_HUB}, T.COMMAND),
         _topic("imu", sensing.Imu, 100, R.SIMULATE, {R.AUTONOMY}, T.STATE),
@@ -166,8 +166,8 @@ TOPICS: dict[str, Topic] = {
         _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
         # both sites
-        _topic("car_health", health.LoopHealth, 1, CAR, {R.VIDEO}, T.STATE, K.EVENT),
-        _topic("tower_health", health.LoopHealth, 1, TOWER, set(), T.STATE, K.EVENT),
+        _topic("car_health", health.LoopHealth, 1, CAR, {R.VIDEO, R.CAR_OBSERVER}, T.STATE, K.EVENT),
+        _topic("tower_health", health.LoopHealth, 1, TOWER, {R.CAR_OBSERVER}, T.STATE, K.EVENT),
     )
 }
 

@@ -19,6 +19,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
+from wire.logs import fields
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.road import Road
 from wire.scenario import find_scenario, read_map, read_scenario
@@ -42,7 +43,7 @@ def run(config: Path, stop: threading.Event) -> int:
     clock = Clock()
     with open_link(wire.link, Role.VIDEO, clock, stop) as link:
         sources = open_sources(choices, vehicle, clock, link, renderer)
-        log.info("video: %s", ", ".join(f"{name} from {choice.kind}" for name, choice in choices.items()))
+        log.info("started", extra=fields(**{name: choice.kind for name, choice in choices.items()}))
         with video_sender(link, vehicle.cameras, sources, gateway.video, clock, servers) as sender:
             sender.report(stop)
     return 0

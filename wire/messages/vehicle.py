@@ -74,6 +74,7 @@ class VehicleState(Message):
     speed_cap_m_s: Speed
     loop_age_ms: Milliseconds  # worst required camera: now minus the capture stamp of the picture the operator acts on
     command_age_ms: Milliseconds  # since the last valid command was received
+    feedback_age_ms: Milliseconds = 0.0  # since the car last told on CAN how it moves; 1e9: never
 
 
 class HandOver(Message):
