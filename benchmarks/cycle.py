@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from benchmarks.figures import Figure, figure, percentile
 from benchmarks.machine import priority
+from benchmarks.wheel_to_can import camera_status
 from vehicle_gateway.can.codec import FOLLOWING, FeedbackState, decode, encode_command
 from vehicle_gateway.can.e2e import protect
 from vehicle_gateway.can.ecu_codec import Controls, Motion, encode_controls, encode_drive_state, encode_motion
@@ -27,7 +28,6 @@ from wire.configuration import read_sections, shipped
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt, Evidence, Scene
 from wire.messages.base import Gear, Indicators, Message, decoder, encode
 from wire.messages.operating import DriveCommand
-from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverRequest, LeaseRequest
 from wire.messages.vehicle import Mode, VehicleDescription
 from wire.settings import PaceSettings
@@ -141,7 +141,7 @@ def _inputs(number: int, now_ns: int, state: State, mode: Mode) -> Inputs:
     if _every(number, 10):
         fields["scene"] = _decoded(_scene(now_ns, state))
     if _every(number, 5):
-        fields["cameras"] = tuple(_decoded(_camera(camera.name, now_ns, number)) for camera in CAR.cameras)
+        fields["cameras"] = tuple(_decoded(camera_status(camera.name, number, now_ns)) for camera in CAR.cameras)
     if mode is Mode.REMOTE and state.authority.mode in (Mode.STANDBY, Mode.AUTONOMOUS) and number % 20 == 10:
         fields["hand_over_requests"] = (_take(number, now_ns, state),)
     return Inputs(**fields)  # type: ignore[arg-type]
@@ -208,21 +208,6 @@ def _scene(now_ns: int, state: State) -> Scene:
         objects=(),
         plan=(),
         stopping_corridor=points,
-    )
-
-
-def _camera(name: str, now_ns: int, number: int) -> CameraStatus:
-    return CameraStatus(
-        stamp_ns=now_ns,
-        camera=name,
-        source="simulated",
-        live=True,
-        newest_capture_ns=now_ns,
-        frames=number,
-        repeated=0,
-        bitrate_kbps=3000.0,
-        encode_ms=5.0,
-        watching=1,
     )
 
 

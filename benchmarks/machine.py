@@ -1,4 +1,4 @@
-"""The machine under a measurement: scheduling of this thread, CPU time of processes, time the hypervisor took."""
+"""The machine under a measurement: scheduling of this thread, CPU time of processes."""
 
 import os
 from collections.abc import Iterator
@@ -25,8 +25,3 @@ def cpu_s(pid: int) -> float:
     """User and system time of a process so far (proc(5): fields 14 and 15)."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS_PER_S
-
-
-def stolen_s() -> float:
-    """Time the hypervisor ran something else although we wanted to run, all cores, since boot (proc(5): /proc/stat, steal)."""
-    return int(Path("/proc/stat").read_text().splitlines()[0].split()[8]) / TICKS_PER_S
