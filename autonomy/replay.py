@@ -12,7 +12,7 @@ import msgspec
 from autonomy.uncertainty.channels import Level
 from autonomy.uncertainty.monitor import MonitorSettings, MonitorState, Trouble, judge
 from wire.messages.steps import MonitorStep
-from wire.replay import Compared, Replay, Step
+from wire.replay import Replay, Step, compared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,11 +63,10 @@ def run(memory: Memory, message: MonitorStep) -> Step:
     """The step again, from the state that the one before it left."""
     inputs = _INPUTS.decode(message.inputs)
     after = judge(memory.state, inputs.levels, inputs.trouble, message.now_ns, memory.settings)
-    compared = (
-        Compared(message.number, "before", bytes(message.before), _ENCODE(memory.state)),
-        Compared(message.number, "", bytes(message.outputs), _ENCODE(after)),
+    return memory._replace(state=after), (
+        compared(message.number, "before", bytes(message.before), _ENCODE(memory.state), _STATE.decode),
+        compared(message.number, "", bytes(message.outputs), _ENCODE(after), _STATE.decode),
     )
-    return memory._replace(state=after), compared
 
 
 MONITOR_STEP = Replay(

@@ -13,13 +13,13 @@ import msgspec
 
 from haptics.alignment import WheelInputs, WheelLimits, WheelState, step
 from wire.messages.steps import TorqueSteps
-from wire.replay import Compared, Replay, Step
+from wire.replay import Replay, Step, compared
 
 _INPUT_NAMES = tuple(field.name for field in fields(WheelInputs))
 _STATE_NAMES = tuple(field.name for field in fields(WheelState))
 _input_values, _state_values = attrgetter(*_INPUT_NAMES), attrgetter(*_STATE_NAMES)
 _ENCODE = msgspec.json.Encoder().encode
-_BEFORE, _LIMITS = msgspec.json.Decoder(WheelState), msgspec.json.Decoder(WheelLimits)
+_STATE, _LIMITS = msgspec.json.Decoder(WheelState), msgspec.json.Decoder(WheelLimits)
 _COLUMNS = msgspec.json.Decoder(dict[str, list[Any]])
 
 
@@ -74,19 +74,19 @@ def rows_of(table: Mapping[str, list[Any]], count: int) -> list[dict[str, Any]]:
 
 
 def begin(message: TorqueSteps) -> Memory:
-    return Memory(_BEFORE.decode(message.before), _LIMITS.decode(message.limits))
+    return Memory(_STATE.decode(message.before), _LIMITS.decode(message.limits))
 
 
 def run(memory: Memory, message: TorqueSteps) -> Step:
     """Every step of the batch again, from the state that the batch before it left."""
     state = memory.state
-    compared = [Compared(message.first, "before", bytes(message.before), _ENCODE(state))]
+    found = [compared(message.first, "before", bytes(message.before), _ENCODE(state), _STATE.decode)]
     recorded = rows_of(_COLUMNS.decode(message.outputs), message.count)
     for offset, row in enumerate(rows_of(_COLUMNS.decode(message.inputs), message.count)):
         now_ns, dt_s = msgspec.convert((row.pop("now_ns"), row.pop("dt_s")), tuple[int, float])
         state = step(state, msgspec.convert(row, WheelInputs), now_ns, dt_s, memory.limits)
-        compared.append(Compared(message.first + offset, "", _ENCODE(recorded[offset]), _ENCODE(state)))
-    return memory._replace(state=state), tuple(compared)
+        found.append(compared(message.first + offset, "", _ENCODE(recorded[offset]), _ENCODE(state), _STATE.decode))
+    return memory._replace(state=state), tuple(found)
 
 
 TORQUE_STEPS = Replay(

@@ -12,7 +12,7 @@ from vehicle_gateway.cycle import step
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State
 from wire.messages.base import Count, Message, Milliseconds, Name, decoder, encode
 from wire.messages.vehicle import GatewayCycle, Mode, VehicleDescription
-from wire.replay import Compared, Replay, Step
+from wire.replay import Compared, Replay, Step, compared
 
 START_EVERY = 100  # cycles: a check that lost its way goes on within a second
 
@@ -43,7 +43,7 @@ class Cycle(NamedTuple):
     told: Told
 
 
-_START, _INPUTS = decoder(Start), decoder(Inputs)
+_START, _INPUTS, _OUTPUTS = decoder(Start), decoder(Inputs), decoder(Outputs)
 
 
 def told(state: State, inputs: Inputs, outputs: Outputs) -> Told:
@@ -71,13 +71,14 @@ def run(start: Start, message: GatewayCycle) -> Step:
         mode=message.mode,
         rules=message.rules,
     )
-    compared = [
-        Compared(message.number, "", bytes(message.outputs), encode(made.outputs)),
-        Compared(message.number, "", encode(recorded), encode(made.told)),
+    number = message.number
+    found = [
+        compared(number, "", bytes(message.outputs), encode(made.outputs), _OUTPUTS.decode),
+        Compared(number, "", encode(recorded), encode(made.told)),
     ]
     if bytes(message.start) != b"null":
-        compared.insert(0, Compared(message.number, "", bytes(message.start), encode(start)))
-    return made.start, tuple(compared)
+        found.insert(0, compared(number, "", bytes(message.start), encode(start), _START.decode))
+    return made.start, tuple(found)
 
 
 def _again(start: Start, inputs: Inputs, now_ns: int) -> Cycle:

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import msgspec
+
 GROUP = "remote_operation_tower.replay"
 
 
@@ -19,6 +21,16 @@ class Compared(NamedTuple):
     name: str  # stands before the path of a field: "" for the outputs, "state" for the state the step started from
     recorded: bytes  # JSON
     replayed: bytes  # JSON
+
+
+def compared(number: int, name: str, recorded: bytes, replayed: bytes, decode: Callable[[bytes], Any]) -> Compared:
+    """What was recorded beside what came out, both with the fields of today: one that came after the recording is at its default.
+
+    decode  of the type that both texts hold; raises msgspec.DecodeError where it does not
+    """
+    if recorded != replayed:
+        recorded = msgspec.json.encode(decode(recorded))
+    return Compared(number, name, recorded, replayed)
 
 
 Step = tuple[Any, tuple[Compared, ...]]  # what the next message goes on from, and what there is to compare

@@ -163,3 +163,14 @@ def test_a_recording_without_steps_is_one_line_and_exit_code_2(make, tmp_path):
     assert result.exit_code == 2
     assert result.stderr.startswith(f"{tmp_path / 'empty.mcap'}: holds no recorded steps (")
     assert result.stderr.count("\n") == 1
+
+
+def test_a_field_that_came_after_the_recording_counts_as_its_default(whole_drive, make, tmp_path):
+    def older(topic: str, message: dict[str, Any]) -> None:
+        if topic == "gateway_cycle":
+            del message["outputs"]["lease_replies"]
+            if message["start"] is not None:
+                del message["start"]["state"]["bounces"]
+
+    found = tallies(make.rewrite(whole_drive, tmp_path / "older.mcap", older))["gateway cycle"]
+    assert (found.checked, found.differing) == (600, 0)
