@@ -57,8 +57,8 @@ def explained(said: str, place: Endpoint) -> Obstacle:
     return Obstacle(f"{place}: {said.partition(' at /')[0]}")
 
 
-def obstacle(tls: dict[str, Any], place: Endpoint) -> Obstacle | None:
-    """One attempt to reach a hub with these certificates (Zenoh's transport/link/tls), up to two seconds; None when reached."""
+def obstacle(tls: dict[str, Any], place: Endpoint, patience_ms: int = _ATTEMPT_MS) -> Obstacle | None:
+    """One attempt to reach a hub with these certificates (Zenoh's transport/link/tls), two seconds at most; None when reached."""
     entries: dict[str, Any] = {
         "mode": "peer",  # of the three only a peer says why
         "connect/endpoints": [place.zenoh],
@@ -67,7 +67,7 @@ def obstacle(tls: dict[str, Any], place: Endpoint) -> Obstacle | None:
         "listen/endpoints": [],
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
-        "transport/unicast/open_timeout": _ATTEMPT_MS,
+        "transport/unicast/open_timeout": patience_ms,
         "transport/link/tls": tls,
     }
     configuration = zenoh.Config()

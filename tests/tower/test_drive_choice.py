@@ -18,7 +18,9 @@ FLEET = (FleetVehicle(vehicle_id="car-1"), FleetVehicle(vehicle_id="car-2"))
 
 
 def taken(link: LinkSettings, named: bool) -> str:
-    return _take_one(link, Clock(), threading.Event(), Console(quiet=True), named).vehicle_id
+    stop = threading.Event()
+    stop.set()  # one look is enough: nobody is there
+    return _take_one(link, Clock(), stop, Console(quiet=True), named).vehicle_id
 
 
 def test_the_programs_get_the_chosen_car_and_everything_else_as_it_was_configured(tmp_path: Path):

@@ -68,7 +68,7 @@ def test_an_expired_certificate_of_our_own_is_noticed_before_it_is_shown_to_anyb
 
 
 def test_a_hub_that_is_not_there_may_come_yet(home: Path, car: LinkSettings):
-    found = obstacle(tls_of(car, Role.TOWER_HUB), Endpoint("127.0.0.1", free_port()))
+    found = obstacle(tls_of(car, Role.TOWER_HUB), Endpoint("127.0.0.1", free_port()), patience_ms=200)
     assert found is not None and not found.lasting
     assert "no answer" in found.words
 

@@ -121,3 +121,7 @@ def test_a_car_behind_nat_dials_the_tower(sites: Sites, heard: Listener):
     told = sites.tower.ask("tower", "vehicles", "--vehicle", VEHICLE, "--listen", place, "--seconds", "10")
     assert told.returncode == 0, told.stdout + told.stderr
     assert "km/h" in told.stdout
+    text = sites.tower.config.read_text()
+    sites.tower.config.write_text(text.replace(f'connect = ["{PLACE}"]', f'listen = ["{place}"]'))
+    sites.tower.start("cockpit", "tower", "cockpit")
+    heard.wait_until("commands flow to a car that dialled", lambda: commands_flow(heard), PATIENCE_S)
