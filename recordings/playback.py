@@ -24,7 +24,7 @@ from wire.messages.operating import WindowStatus
 from wire.settings import WireSettings
 from wire.topics import TOPICS, Role
 
-LEAD_MIN_S = 3.0  # until the first message: the window opens, the video session is agreed upon
+LEAD_MIN_S, LEAD_MAX_S = 3.0, 20.0  # until the first message: the window opens, the video session is agreed upon
 FAREWELL_S = 1.0  # after the last message
 _REPEAT_S = 0.2  # of the first pictures while the window opens
 _PLAYED_VIDEO = "played_video"
@@ -118,7 +118,7 @@ def play(
 def lead_for(video_s: float) -> int:
     """Nanoseconds until the first message, from the time that the video program took to start: the window loads the same
     libraries, opens a screen and agrees on a video session. The window's clock is set to that moment before it starts."""
-    return round(max(LEAD_MIN_S, 2.5 * video_s) * 1e9)
+    return round(min(max(LEAD_MIN_S, 2.5 * video_s), LEAD_MAX_S) * 1e9)
 
 
 def _seconds_until_heard(car: Link, waiting: "Waiting") -> float:

@@ -215,6 +215,7 @@ def test_the_stage_has_ports_and_certificates_of_its_own_and_the_watchers_window
 def test_a_slow_machine_gets_a_longer_lead():
     assert lead_for(0.5) == 3_000_000_000
     assert lead_for(4.0) == 10_000_000_000
+    assert lead_for(60.0) == 20_000_000_000
 
 
 def test_a_real_window_shows_a_played_drive_with_the_ages_it_had(filmed, tmp_path):
