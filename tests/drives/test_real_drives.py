@@ -7,6 +7,7 @@ import json
 import signal
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,27 @@ def test_the_demo_reaches_its_goal_with_one_take_over_and_no_collision(finished)
     assert {"autonomous", "takeover_requested", "remote"} <= summary["modes_s"].keys()
     assert "safe_stop" not in summary["modes_s"]
     assert summary["drive_s"] < 120.0
+
+
+def test_every_loop_of_every_process_told_its_health_and_what_it_cost(finished):
+    folder, _, _ = finished
+    summary = summary_of(folder)
+    cameras = tomllib.loads((folder / "session.toml").read_text())["vehicle"]["cameras"]
+    expected = {
+        "autonomy run/drive",
+        "recordings record/write",
+        "tower cockpit/cockpit",
+        "tower window/display",
+        "vehicle-gateway ecu/cycle",
+        "vehicle-gateway run/cycle",
+        "vehicle-gateway simulate/plant",
+        "vehicle-gateway video/status",
+        *(f"vehicle-gateway video/camera {camera['name']}" for camera in cameras),
+    }
+    assert expected <= summary["loops"].keys()
+    assert all(loop["cycles"] > 100 for name, loop in summary["loops"].items() if name in expected), summary["loops"]
+    assert set(summary["load"]["processes"]) >= {name.partition("/")[0] for name in expected}
+    assert 0.1 < summary["load"]["cores"] < 8.0
 
 
 def test_the_referee_agrees_with_the_summary_and_saw_the_car_in_the_oncoming_lane(finished):

@@ -81,14 +81,16 @@ def test_a_figure_that_could_not_be_measured_is_a_dash():
         "load": None,
     }
     rows = dict(rows_of(nothing))
-    assert rows["goal"] == rows["collisions"] == rows["loops"] == rows["CPU"] == "-"
+    assert rows["goal"] == rows["collisions"] == rows["control loops"] == rows["other loops"] == rows["CPU"] == "-"
     loops = {
-        "a/x": {"cycles": 900, "late_cycles": 1, "lateness_max_ms": 3.0},
-        "b/y": {"cycles": 100, "late_cycles": 4, "lateness_max_ms": 41.5},
+        "autonomy run/drive": {"cycles": 900, "late_cycles": 1, "lateness_max_ms": 3.0, "scheduling": "fifo 10"},
+        "vehicle-gateway ecu/cycle": {"cycles": 100, "late_cycles": 4, "lateness_max_ms": 41.5, "scheduling": "fifo 10"},
+        "tower window/display": {"cycles": 50, "late_cycles": 25, "lateness_max_ms": 90.0, "scheduling": "other"},
     }
     load = {"cores": 1.234, "stolen_s": {"vehicle-gateway run": 0.5}, "processes": {}}
     rows = dict(rows_of({**nothing, "loops": loops, "load": load}))
-    assert rows["loops"] == "5 of 1000 cycles late (0.50 %), at most 42 ms in b/y"
+    assert rows["control loops"] == "5 of 1000 cycles late (0.50 %), at most 42 ms in vehicle-gateway ecu/cycle; fifo 10"
+    assert rows["other loops"] == "25 of 50 cycles late (50.00 %), at most 90 ms in tower window/display"
     assert rows["CPU"] == "1.23 cores in the mean, 0.5 s taken away from the machine"
     assert rows["wheel to CAN"] == "- ms"
     assert rows["take-over"] == "asked at 3.0 s, nobody took over"

@@ -6,6 +6,8 @@ from typing import Any
 
 from rich.table import Table
 
+from wire.topics import ECU, PROGRAMS, Role
+
 
 def table_of(summary: Mapping[str, Any], folder: Path) -> Table:
     table = Table(title="What happened", title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
@@ -35,7 +37,7 @@ def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("commands", f"{_figure(summary['command_rate_hz'], '.0f')} Hz"),
         ("gate stepped in", _counts(summary["gate_interventions"])),
         ("messages dropped", _counts(summary["messages_dropped"])),
-        ("loops", _loops(summary.get("loops") or {})),
+        *_loops(summary.get("loops") or {}),
         ("CPU", _load(summary.get("load"))),
     ]
     return rows
@@ -48,8 +50,19 @@ def _takeover(takeover: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [("take-over", f"asked at {takeover['requested_s']:.1f} s, {answer}"), ("", reasons)]
 
 
-def _loops(loops: Mapping[str, Mapping[str, Any]]) -> str:
-    """Cycles that came later than one period, of all loops, and the loop that was latest."""
+CONTROL = frozenset({ECU, *(PROGRAMS[role] for role in (Role.VEHICLE_HUB, Role.AUTONOMY, Role.SIMULATE, Role.TOWER_HUB))})
+
+
+def _loops(loops: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """The loops that steer and brake, and those that show and record: these give way first."""
+    control = {name: loop for name, loop in loops.items() if name.partition("/")[0] in CONTROL}
+    others = {name: loop for name, loop in loops.items() if name not in control}
+    scheduling = ", ".join(sorted({loop["scheduling"] for loop in control.values()}))
+    return [("control loops", _lateness(control) + f"; {scheduling}" * bool(scheduling)), ("other loops", _lateness(others))]
+
+
+def _lateness(loops: Mapping[str, Mapping[str, Any]]) -> str:
+    """Cycles that came later than one period, of all these loops, and the loop that was latest."""
     if not loops:
         return "-"
     late, cycles = (sum(loop[name] for loop in loops.values()) for name in ("late_cycles", "cycles"))
