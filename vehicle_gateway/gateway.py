@@ -14,7 +14,7 @@ import msgspec
 
 from vehicle_gateway.can.bus import Bus, open_bus
 from vehicle_gateway.can.codec import codec_of
-from vehicle_gateway.can.layout import read_layouts
+from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.cycle import step
 from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
 from vehicle_gateway.journal import Entry, Journal

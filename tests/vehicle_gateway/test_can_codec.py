@@ -21,9 +21,10 @@ from vehicle_gateway.can.codec import (
     decode,
     encode_command,
 )
+from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.can.ecu_codec import CommandState, Controls, Motion, decode_command
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.layout import PROTECTION, layouts, read_layouts
+from vehicle_gateway.can.layout import PROTECTION, layouts
 from wire.configuration import shipped
 from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
 from wire.messages.vehicle import Actuation, Mode

@@ -7,7 +7,7 @@ import msgspec
 import pytest
 from rich.console import Console
 
-from vehicle_gateway.can.layout import read_layouts
+from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.check.facts import Facts, Surroundings, Verdict
 from vehicle_gateway.check.program import INCONSISTENT, facts_of, read_every_section, run, table_of
 from vehicle_gateway.check.table import check, is_consistent
@@ -194,6 +194,8 @@ def test_a_dbc_with_slower_feedback_and_a_repeated_identity_is_found(tmp_path, c
         (("SG_ COUNTER : 8|4@1+ (1,0) [0|14] \"\" GATEWAY\n SG_ GEAR", " SG_ GEAR"), "DRIVE_STATE: signal COUNTER is missing"),
         (('BA_ "E2EDataId" BO_ 528 8194', 'BA_ "E2EDataId" BO_ 528 8193'), "E2EDataId 8193 is used twice"),
         (('BA_ "E2EDataId" BO_ 528 8194;\n', ""), "DRIVE_STATE: no E2EDataId"),
+        (('[-30|100] "m/s" GATEWAY', '[-30|100] "km/h" GATEWAY'), "MOTION_FEEDBACK: signal SPEED is in km/h, ours in m/s"),
+        (('VAL_ 256 GEAR 0 "park" 1 "reverse"', 'VAL_ 256 GEAR 0 "reverse" 1 "park"'), "0 is 'reverse', ours is 'park' (VAL_)"),
         (("VERSION", "BO_ nonsense"), "not a valid DBC"),
     ],
 )  # fmt: skip

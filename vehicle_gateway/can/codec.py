@@ -115,7 +115,7 @@ class Codec:
 
 
 def codec_of(frames: Mapping[str, Layout]) -> Codec:
-    """The codec of a car whose DBC has these frames (vehicle_gateway.can.layout.read_layouts)."""
+    """The codec of a car whose DBC has these frames (vehicle_gateway.can.dbc.read_layouts)."""
     feedback = (frames[name] for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
     return Codec(frames["ACTUATION_COMMAND"], frames["BODY_COMMAND"], {layout.arbitration_id: layout for layout in feedback})
 

@@ -5,7 +5,7 @@ A number is saturated at the limits of the DBC. One that is not finite is never 
 as "not available", a raw value outside the range, and the receiver drops the frame.
 
 The shipped config/drive_by_wire.dbc says which messages and signals there are, by name. Another car's DBC has the same
-names; identifiers, places, scales, ranges and E2E data ids are its own.
+names; identifiers, places, scales, ranges and E2E data ids are its own (vehicle_gateway.can.dbc).
 """
 
 from collections.abc import Sequence
@@ -22,8 +22,6 @@ from vehicle_gateway.can.frame import Frame
 from wire.configuration import ConfigurationError, shipped
 
 PROTECTION = ("CRC", "COUNTER")
-PROTECTED = {"CRC": (0, 8), "COUNTER": (8, 4)}  # start bit and length, E2E Profile 1 variant 1A
-NEEDED = ("ACTUATION_COMMAND", "BODY_COMMAND", "MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS")
 DATA_ID = "E2EDataId"
 
 
@@ -105,18 +103,18 @@ def _field(signal: Any) -> Field:  # a cantools signal
     )
 
 
-def _layout(message: Any, order: Sequence[str]) -> Layout:  # a cantools message; order: names of its signals
+def layout_of(message: Any, order: Sequence[str]) -> Layout:  # a cantools message; order: names of its signals
     return Layout(
         name=message.name,
         arbitration_id=message.frame_id,
         size=message.length,
-        data_id=_data_id(message),
+        data_id=data_id_of(message),
         fields=tuple(_field(message.get_signal_by_name(name)) for name in order),
         cycle_ms=message.cycle_time or 0,
     )
 
 
-def _data_id(message: Any) -> int:
+def data_id_of(message: Any) -> int:
     attribute = message.dbc.attributes.get(DATA_ID)
     return int(attribute.value) if attribute is not None else 0
 
@@ -129,56 +127,18 @@ def _names(message: Any) -> tuple[str, ...]:
 @cache
 def layouts() -> dict[str, Layout]:
     """Every frame of our own DBC by name. Read once per process (about 30 ms)."""
-    return {message.name: _layout(message, _names(message)) for message in _database(shipped("drive_by_wire.dbc")).messages}
+    return {message.name: layout_of(message, _names(message)) for message in shipped_database().messages}
 
 
 @cache
-def read_layouts(file: str) -> dict[str, Layout]:
-    """The frames of a car's DBC by name; "" is the shipped one. Raises ConfigurationError that names what is wrong with it."""
-    if not file:
-        return layouts()
-    database = _database(Path(file).expanduser())
-    problems = problems_of(database)
-    if problems:
-        raise ConfigurationError(f"[vehicle_gateway.can] dbc = {file!r}: {problems[0]}")
-    found = {message.name: message for message in database.messages}
-    return {name: _layout(found[name], [field.name for field in ours.fields]) for name, ours in layouts().items() if name in found}
+def shipped_database() -> Any:
+    return database_in(shipped("drive_by_wire.dbc"))
 
 
-def _database(file: Path) -> Any:
+def database_in(file: Path) -> Any:
     try:
         return cantools.database.load_file(file)
     except OSError as error:
         raise ConfigurationError(f"[vehicle_gateway.can] dbc: {file}: cannot be read: {error.strerror}") from None
     except (cantools.Error, ValueError) as error:
         raise ConfigurationError(f"[vehicle_gateway.can] dbc: {file}: not a valid DBC: {error}") from None
-
-
-def problems_of(database: Any) -> tuple[str, ...]:
-    """Why this DBC cannot be spoken, one line each; () when it can."""
-    found = {message.name: message for message in database.messages}
-    problems = [f"message {name} is missing" for name in NEEDED if name not in found]
-    for name, message in found.items():
-        ours = layouts().get(name)
-        if ours is not None:
-            problems += [f"{name}: {problem}" for problem in _message_problems(message, ours)]
-    ids = [_data_id(found[name]) for name in found if name in layouts()]
-    problems += [f"{DATA_ID} {number} is used twice" for number in sorted({x for x in ids if ids.count(x) > 1} - {0})]
-    return tuple(problems)
-
-
-def _message_problems(message: Any, ours: Layout) -> list[str]:
-    signals = {signal.name: signal for signal in message.signals}
-    extra = set(signals) - {field.name for field in ours.fields} - set(PROTECTION)
-    problems = [f"signal {name} is missing" for name in (*PROTECTION, *(f.name for f in ours.fields)) if name not in signals]
-    problems += [f"signal {name} is not ours: it would be sent as 0" for name in sorted(extra)]
-    problems += [f"signal {name} is big-endian: ours are Intel" for name, s in signals.items() if s.byte_order != "little_endian"]
-    problems += [f"signal {name} has no range [minimum|maximum]" for name, s in signals.items() if None in (s.minimum, s.maximum)]
-    problems += [
-        f"signal {name}: bit {signals[name].start}, length {signals[name].length}; E2E Profile 1 has {place[0]}, {place[1]}"
-        for name, place in PROTECTED.items()
-        if name in signals and (signals[name].start, signals[name].length) != place
-    ]
-    problems += ["no E2EDataId"] * (not _data_id(message))
-    problems += [f"identifier {message.frame_id:#x} has more than 11 bit"] * bool(message.is_extended_frame)
-    return problems + ["longer than 8 bytes: CAN FD is not spoken"] * (message.length > 8)

@@ -1,12 +1,13 @@
 """Checks of the car's DBC against its limits and against what the gateway waits for. Pure.
 
-That the DBC has the messages and signals we speak is checked where it is read (vehicle_gateway.can.layout).
+That the DBC has the messages and signals we speak is checked where it is read (vehicle_gateway.can.dbc).
 """
 
 from collections.abc import Iterable
 
 from vehicle_gateway.can.codec import PART_AGE_MAX
-from vehicle_gateway.can.layout import NEEDED, Field
+from vehicle_gateway.can.dbc import NEEDED
+from vehicle_gateway.can.layout import Field
 from vehicle_gateway.check.facts import Check, Facts, Outcome, Verdict
 
 ANGLE_STEP_RAD = 0.001  # 0.06 deg: finer than any steering follows

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from vehicle_gateway.can.layout import read_layouts
+from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.check.facts import Facts, Finding, Surroundings, Verdict
 from vehicle_gateway.check.table import check, is_consistent
 from vehicle_gateway.memory import default_file
