@@ -5,12 +5,12 @@ White with black words, as nothing else in the window is: it must never be mista
 
 import pygame
 
-from tower.window.fonts import BOLD, MEDIUM, Type
+from tower.window.fonts import BOLD, CAP_SHARE, MEDIUM, Type
 from tower.window.ink import Ink
 from tower.window.layout import DESIGN_H, DESIGN_W
 from tower.window.palette import Rgba
 
-WORD = "REPLAY"
+WORD = "REPLAY - NOT LIVE"
 _HIGH = 26.0  # design units: as high as the panels' distance from the window's edge
 _BAND: Rgba = (255, 255, 255, 255)
 _INK: Rgba = (0, 0, 0, 255)
@@ -38,7 +38,7 @@ class ReplayMark:
         scale = max(min(wide / DESIGN_W, high / DESIGN_H), 0.15)
         rows = max(8, round(_HIGH * scale))
         side = max(1, round(wide / 2 - _TAB_HALF * scale))
-        bottom = self._band(wide, rows, scale, f"{WORD}   {self._recording}   not live: nothing here can be driven")
+        bottom = self._band(wide, rows, scale, f"REPLAY   {self._recording}   nothing here can be driven")
         top = self._band(side, rows, scale, WORD)
         return (bottom, (0, high - rows)), (top, (0, 0)), (top, (wide - side, 0))
 
@@ -46,6 +46,6 @@ class ReplayMark:
         band = pygame.Surface((wide, rows))
         band.fill(_BAND[:3])
         ink = Ink(band, scale, self._type)
-        weight, room = (BOLD if words == WORD else MEDIUM), ink.size[0] - 12
-        ink.text(words, ink.size[0] / 2, 19.0, 17.0, _INK, weight, anchor="centre", room=room)
+        weight, size = (BOLD, 24.0) if words == WORD else (MEDIUM, 20.0)
+        ink.text(words, ink.size[0] / 2, (_HIGH + size * CAP_SHARE) / 2, size, _INK, weight, anchor="centre", room=ink.size[0] - 12)
         return band
