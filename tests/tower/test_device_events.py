@@ -1,10 +1,17 @@
+from collections.abc import Mapping
 from pathlib import Path
 
 from hypothesis import given
 from hypothesis import strategies as st
 
+from haptics.force_feedback import Abilities
+from tower.cockpit.devices import View
+from tower.cockpit.wheel import WheelDevice
 from tower.devices.evdev_events import EV_ABS, EV_KEY, EV_SYN, SYN_DROPPED, named, newest_ns, resynced
+from tower.devices.finder import Finder, profile_for
 from tower.devices.found import Node, axes_in, nodes
+from tower.devices.known import KNOWN, through_evdev
+from tower.devices.source import Readings, Unplugged
 
 
 def test_axes_buttons_and_hats_get_their_names_and_a_repeated_key_is_nothing():
@@ -54,6 +61,79 @@ def test_devices_are_found_in_the_order_of_their_numbers_and_half_a_device_is_no
         Node("/dev/input/event3", "0001:0001", "AT Translated Set 2 keyboard", frozenset()),
         Node("/dev/input/event12", "046d:c262", "Logitech G920 Driving Force Racing Wheel", frozenset({0, 1, 2, 5, 16, 17})),
     )
+
+
+def test_a_wheel_turns_as_far_as_its_driver_has_set_it_calibrated_or_not(tmp_path: Path):
+    a_device(tmp_path, 1, "046d", "c262", "27", "G920")
+    hid = tmp_path / "event1" / "device" / "device"
+    hid.mkdir()
+    (hid / "range").write_text("540\n")
+    (node,) = nodes(tmp_path)
+    assert profile_for(node, {}, {}).steering.rotation_deg == 540.0
+    saved = through_evdev(KNOWN["046d:c262"], {1: (0.0, 1023.0)})
+    found = profile_for(node, {("046d:c262", "evdev"): saved}, {})
+    assert (found.steering.rotation_deg, found.throttle.released) == (540.0, 1023.0)
+    (hid / "range").write_text("what?\n")
+    assert profile_for(nodes(tmp_path)[0], {}, {}).steering.rotation_deg == 900.0
+
+
+class Opener:
+    """Opens as the test says; counts how often it was asked."""
+
+    def __init__(self) -> None:
+        self.error: OSError | None = None
+        self.asked: list[str] = []
+        self.cut = False
+
+    def read(self, levels: Mapping[str, float]) -> tuple[Readings, int | None]:
+        if self.cut:
+            raise Unplugged
+        return (), None
+
+    def close(self) -> None:
+        pass
+
+    def open(self, node: Node) -> WheelDevice:
+        self.asked.append(node.path)
+        if self.error is not None:
+            raise self.error
+        return WheelDevice(profile_for(node, {}, {}), self, Abilities(), None)
+
+
+def test_a_wheel_is_opened_once_and_anew_after_it_was_pulled_out(tmp_path: Path):
+    opener = Opener()
+    finder = Finder({}, opener.open, tmp_path)
+    finder.look()
+    assert not finder.arrived
+    a_device(tmp_path, 1, "046d", "c262", "27", "G920")
+    a_device(tmp_path, 2, "046d", "c077", "0", "a mouse of the same maker")
+    finder.look()
+    finder.look()
+    assert opener.asked == ["/dev/input/event1"]
+    device = finder.arrived.popleft()
+    opener.cut = True
+    device.read(View(), 0.004, 1)
+    finder.look()
+    assert opener.asked == ["/dev/input/event1"] * 2 and len(finder.arrived) == 1
+
+
+def test_a_wheel_that_may_not_be_opened_is_named_with_the_fix_until_it_may(tmp_path: Path):
+    a_device(tmp_path, 1, "046d", "c24f", "27", "G29")
+    opener = Opener()
+    opener.error = PermissionError(13, "Permission denied")
+    finder = Finder({}, opener.open, tmp_path)
+    finder.look()
+    assert "G29: no permission for /dev/input/event1" in finder.note and "vehicle-gateway service --site tower" in finder.note
+    opener.error = None
+    finder.look()
+    assert finder.note == "" and len(finder.arrived) == 1
+
+
+def test_a_g920_in_xbox_mode_is_no_wheel_yet_and_the_fix_is_named(tmp_path: Path):
+    a_device(tmp_path, 1, "046d", "c261", "0", "Logitech G920 (Xbox)")
+    finder = Finder({}, Opener().open, tmp_path)
+    finder.look()
+    assert "usb_modeswitch" in finder.note and not finder.arrived
 
 
 def test_there_is_nothing_where_there_is_no_sysfs(tmp_path: Path):

@@ -6,7 +6,7 @@ A wheel that Linux shows is read through evdev, by the cockpit; everything else 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tower.devices.found import Node
+from tower.devices.found import UDEV_FIX, Node
 from tower.devices.known import ABS_X, KNOWN, XBOX_MODE
 from tower.devices.profile import EVDEV, SDL
 from tower.devices.store import Saved
@@ -59,7 +59,7 @@ def _through_evdev(node: Node, saved: Saved, readable: bool) -> Attached:
     if node.id in XBOX_MODE:
         state, usable = XBOX_MODE[node.id], False
     elif not readable:
-        state = "no permission: install the udev rule and plug it in again"
+        state = f"no permission: {UDEV_FIX}"
     return Attached(
         name=node.name,
         id=node.id,

@@ -8,10 +8,12 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import msgspec
+
 from haptics.force_feedback import ForceFeedbackSettings
 from tower.cockpit.wheel import WheelDevice
 from tower.devices.force_feedback import ForceFeedback
-from tower.devices.found import SYSFS, Node, has_evdev, nodes
+from tower.devices.found import SYSFS, UDEV_FIX, Node, has_evdev, nodes
 from tower.devices.known import KNOWN, XBOX_MODE, Ends, through_evdev
 from tower.devices.profile import EVDEV, Profile, half_range_rad
 from tower.devices.store import Saved
@@ -26,8 +28,13 @@ def wanted_nodes(seen: tuple[Node, ...], saved: Saved) -> tuple[Node, ...]:
 
 
 def profile_for(node: Node, saved: Saved, ends: Mapping[int, Ends]) -> Profile:
-    """What was saved for this device, or else the table's entry with the ends that the device names."""
-    return saved.get((node.id, EVDEV)) or through_evdev(KNOWN[node.id], ends)
+    """What was saved for this device, or else the table's entry with the ends that the device names; turning as far as its
+    driver has set it now."""
+    profile = saved.get((node.id, EVDEV)) or through_evdev(KNOWN[node.id], ends)
+    if node.rotation_deg is None:
+        return profile
+    steering = msgspec.structs.replace(profile.steering, rotation_deg=node.rotation_deg)
+    return msgspec.structs.replace(profile, steering=steering)
 
 
 def opened(node: Node, saved: Saved, settings: ForceFeedbackSettings) -> WheelDevice:
@@ -80,7 +87,7 @@ class Finder:
             try:
                 device = self._open(node)
             except PermissionError:
-                note = f"{node.name}: no permission for {node.path}; install the udev rule and plug it in again"
+                note = f"{node.name}: no permission for {node.path}; {UDEV_FIX}"
             except OSError as error:
                 note = f"{node.name}: {node.path}: {error.strerror}"
             else:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 SYSFS = Path("/sys/class/input")
+UDEV_FIX = "install the udev rule (vehicle-gateway service --site tower --install /) and plug it in again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +15,7 @@ class Node:
     id: str  # USB vendor:product
     name: str
     axes: frozenset[int]  # evdev codes of its absolute axes
+    rotation_deg: float | None = None  # end to end, as its driver has set it; None: the driver does not say
 
 
 def nodes(root: Path = SYSFS) -> tuple[Node, ...]:
@@ -29,7 +31,17 @@ def _node(entry: Path) -> Node | None:
         words = (entry / "device/capabilities/abs").read_text()
     except OSError:
         return None
-    return Node(f"/dev/input/{entry.name}", f"{vendor}:{product}", name, axes_in(words))
+    return Node(
+        f"/dev/input/{entry.name}", f"{vendor}:{product}", name, axes_in(words), _rotation_deg(entry / "device/device/range")
+    )
+
+
+def _rotation_deg(path: Path) -> float | None:
+    """hid-logitech-hidpp and hid-lg4ff: a file with whole degrees, 40 to 900."""
+    try:
+        return float(int(path.read_text()))
+    except (OSError, ValueError):
+        return None
 
 
 def axes_in(words: str) -> frozenset[int]:

@@ -14,7 +14,7 @@ from rich.table import Table
 from tower.devices import store
 from tower.devices.attached import Attached, attached, picked
 from tower.devices.calibration import NotClear
-from tower.devices.found import has_evdev, nodes
+from tower.devices.found import UDEV_FIX, has_evdev, nodes
 from tower.devices.gamepad import profile_of
 from tower.devices.interview import calibrate, learn
 from tower.devices.known import KNOWN, Ends, through_evdev, through_sdl
@@ -146,7 +146,7 @@ def _evdev(chosen: Attached) -> tuple[Source, dict[int, Ends]]:
     try:
         wheel = EvdevWheel(chosen.place)
     except OSError as error:
-        raise Fault(f"{chosen.place}: {error.strerror}; install the udev rule and plug it in again") from None
+        raise Fault(f"{chosen.place}: {error.strerror}; {UDEV_FIX}") from None
     return wheel, wheel.ends
 
 
