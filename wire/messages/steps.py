@@ -3,7 +3,10 @@
 What is Raw is the step's own structs as JSON; only the room that runs the step knows them.
 """
 
+from typing import Annotated
+
 import msgspec
+from msgspec import Meta
 
 from wire.messages.base import Count, Message, TimeNs
 
@@ -28,7 +31,7 @@ class TorqueSteps(Message):
 
     stamp_ns: TimeNs  # tower clock: of the last step
     first: Count  # number of the first step, since the cockpit started
-    count: Count
+    count: Annotated[int, Meta(ge=1, le=1000)]  # ours: four seconds of steps; a batch is a tenth of one
     limits: msgspec.Raw  # haptics.alignment.WheelLimits
     before: msgspec.Raw  # WheelState before the first step
     inputs: msgspec.Raw  # columns: now_ns, dt_s and the fields of WheelInputs
