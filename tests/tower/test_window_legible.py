@@ -20,7 +20,7 @@ from tower.window.view_model import view_model
 from wire.configuration import read_sections, shipped
 from wire.latest import Received
 from wire.messages.automation import Reason, Scene, TakeoverRequest
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
 
@@ -93,6 +93,8 @@ def sights(mode: Mode, **changes: Any) -> Sights:
         yaw_rate_rad_s=0.0,
         road_wheel_angle_rad=0.1,
         gear=Gear.DRIVE,
+        lights=Lights.HIGH,
+        wipers=Wipers.FAST,
         requested=nothing,
         applied=nothing,
         rules=("speed cap",),

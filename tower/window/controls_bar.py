@@ -12,12 +12,11 @@ _CLAMPED: Rgba = (*AMBER, 255)
 
 
 def draw_controls(ink: Ink, view: ControlsView) -> None:
-    ink.panel()
-    _draw_row(ink, 23, "Steering", view.steer_text, -view.steer_requested, -view.steer_applied, GIVEN, view.fresh)
+    ink.layer(_draw_background)
+    _draw_row(ink, 23, view.steer_text, -view.steer_requested, -view.steer_applied, GIVEN, view.fresh)
     _draw_row(
         ink,
         50,
-        "Pedals",
         view.drive_text,
         view.drive_requested,
         view.drive_applied,
@@ -27,17 +26,24 @@ def draw_controls(ink: Ink, view: ControlsView) -> None:
     _draw_rule(ink, view)
 
 
-def _draw_row(ink: Ink, y: float, label: str, text: str, asked: float, given: float, colour: Rgba, fresh: bool) -> None:
+def _draw_background(ink: Ink) -> None:
+    ink.panel()
+    for y, label in ((23.0, "Steering"), (50.0, "Pedals")):
+        ink.text(label, 18, y + 6, 18, DIM)
+        ink.box(_LEFT, y - _THICK / 2, _RIGHT - _LEFT, _THICK, TRACK, _THICK / 2)
+        ink.box(_MIDDLE - 0.75, y - 8, 1.5, 16, DIM)
+    ink.box(390, 62, 34, 24, TRACK, 6)
+    ink.text("F1", 407, 80, 18, DIM, MEDIUM, "centre")
+
+
+def _draw_row(ink: Ink, y: float, text: str, asked: float, given: float, colour: Rgba, fresh: bool) -> None:
     """asked, given  -1 at the left end, +1 at the right"""
-    ink.text(label, 18, y + 6, 18, DIM)
     ink.text(text, 424, y + 6, 18, TEXT, MEDIUM, "right")
-    ink.box(_LEFT, y - _THICK / 2, _RIGHT - _LEFT, _THICK, TRACK, _THICK / 2)
     if fresh:
         half = (_RIGHT - _LEFT) / 2
         at, wanted = _MIDDLE + given * half, _MIDDLE + asked * half
         ink.box(min(at, _MIDDLE), y - _THICK / 2, abs(at - _MIDDLE), _THICK, colour, 3)
         _draw_asked(ink, wanted, y)
-    ink.box(_MIDDLE - 0.75, y - 8, 1.5, 16, DIM)
 
 
 def _draw_asked(ink: Ink, x: float, y: float) -> None:
@@ -53,5 +59,3 @@ def _draw_rule(ink: Ink, view: ControlsView) -> None:
         ink.text(view.rule_text, 40, y, 18, _CLAMPED, MEDIUM, room=340)
     else:
         ink.text(view.rule_text, 18, y, 18, DIM, room=362)
-    ink.box(390, y - 18, 34, 24, TRACK, 6)
-    ink.text("F1", 407, y, 18, DIM, MEDIUM, "centre")

@@ -10,25 +10,30 @@ from tower.window.views import DialView
 from wire.messages.base import Gear
 
 _BEGIN, _SWEEP = 0.75 * pi + 0.12, 1.5 * pi - 0.24  # clockwise from lower left to lower right
-_X, _Y, _RADIUS = 124.0, 110.0, 84.0
+_X, _Y, _RADIUS = 124.0, 102.0, 80.0
 _CAP: Rgba = (*AMBER, 255)
 _BEYOND: Rgba = (*AMBER, 88)
 _GEARS = ((Gear.PARK, "P"), (Gear.REVERSE, "R"), (Gear.NEUTRAL, "N"), (Gear.DRIVE, "D"))
 
 
 def draw_dial(ink: Ink, view: DialView) -> None:
-    ink.panel()
-    ink.ring(_X, _Y, _RADIUS, 9, TRACK, _BEGIN, _BEGIN + _SWEEP)
+    ink.layer(_draw_background, view.scale_km_h, view.gear if view.fresh else None, view.lamps, view.left_lit, view.right_lit)
     if view.fresh:
         ink.ring(_X, _Y, _RADIUS, 9, TEXT, _BEGIN, _angle(abs(view.speed_km_h), view.scale_km_h))
     if view.cap_km_h is not None:
         _draw_cap(ink, view.cap_km_h, abs(view.speed_km_h), view.scale_km_h)
-    _draw_scale(ink, view.scale_km_h)
     ink.text(f"{abs(view.speed_km_h):.0f}" if view.fresh else "–", _X, _Y + 20, 66, TEXT, MEDIUM, "centre")
-    ink.text("km/h", _X, _Y + 45, 18, DIM, REGULAR, "centre")
-    _draw_gears(ink, view.gear if view.fresh else None)
-    ink.text(view.lamps, _X, 19, 12, TEXT, MEDIUM, "centre", room=150)
-    for side, lit in ((-1, view.left_lit), (1, view.right_lit)):
+
+
+def _draw_background(ink: Ink, scale_km_h: int, gear: Gear | None, lamps: str, left_lit: bool, right_lit: bool) -> None:
+    """All but the speed and its cap."""
+    ink.panel()
+    ink.ring(_X, _Y, _RADIUS, 9, TRACK, _BEGIN, _BEGIN + _SWEEP)
+    _draw_scale(ink, scale_km_h)
+    ink.text("km/h", _X, _Y + 42, 18, DIM, REGULAR, "centre")
+    _draw_gears(ink, gear)
+    ink.text(lamps, _X, 174, 18, TEXT, MEDIUM, "centre", room=224)
+    for side, lit in ((-1, left_lit), (1, right_lit)):
         _draw_indicator(ink, _X + side * 98, 26, side, INDICATOR if lit else FAINT)
 
 
@@ -48,14 +53,14 @@ def _draw_cap(ink: Ink, cap_km_h: float, speed_km_h: float, scale_km_h: int) -> 
     at = _angle(cap_km_h, scale_km_h)
     ink.ring(_X, _Y, _RADIUS, 9, _BEYOND, max(at, _angle(speed_km_h, scale_km_h)), _BEGIN + _SWEEP)
     ink.line([(_X + r * cos(at), _Y + r * sin(at)) for r in (_RADIUS - 8, _RADIUS + 12)], 4, _CAP)
-    ink.text(f"cap {cap_km_h:.0f}", _X, _Y - 40, 20, _CAP, MEDIUM, "centre")
+    ink.text(f"cap {cap_km_h:.0f}", _X, _Y - 38, 20, _CAP, MEDIUM, "centre")
 
 
 def _draw_gears(ink: Ink, gear: Gear | None) -> None:
     for i, (which, letter) in enumerate(_GEARS):
-        x, y = _X - 51 + i * 34, 192.0
+        x, y = _X - 51 + i * 34, 198.0
         if which is gear:
-            ink.box(x - 14, y - 18, 28, 26, TEXT, 7)
+            ink.box(x - 14, y - 17, 28, 24, TEXT, 7)
         ink.text(letter, x, y + 2, 18, (13, 17, 23, 255) if which is gear else DIM, BOLD if which is gear else MEDIUM, "centre")
 
 

@@ -3,18 +3,20 @@
 Edges are smoothed by OpenCV's 8-bit coverage, to a sixteenth of a pixel; colours are laid over what is there.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import lru_cache
 from math import ceil, cos, floor, pi, sin
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 import pygame
 
 from tower.window.fonts import REGULAR, Type, clean, fit, tinted, width
 from tower.window.palette import PANEL, PANEL_EDGE, Rgba
 
 XY = tuple[float, float]
+Points = Sequence[XY] | npt.NDArray[np.float64]  # (N, 2), design units
 Paint = Callable[[np.ndarray, np.ndarray], object]  # (mask to paint into, points as fixed-point rows)
 _WHITE: Rgba = (255, 255, 255, 255)
 _SHIFT = 4  # fractional bits of OpenCV's coordinates
@@ -35,10 +37,10 @@ class Ink:
         """In design units."""
         return self.surface.get_width() / self.scale, self.surface.get_height() / self.scale
 
-    def polygon(self, points: Sequence[XY], colour: Rgba) -> None:
+    def polygon(self, points: Points, colour: Rgba) -> None:
         self._stamp(points, 1.0, colour, lambda mask, at: cv2.fillPoly(mask, [at], (255,), cv2.LINE_AA, _SHIFT))
 
-    def line(self, points: Sequence[XY], thickness: float, colour: Rgba) -> None:
+    def line(self, points: Points, thickness: float, colour: Rgba) -> None:
         """Round joints; never thinner than a pixel."""
         pixels = max(1, round(thickness * self.scale))
         self._stamp(points, pixels, colour, lambda mask, at: cv2.polylines(mask, [at], False, (255,), pixels, cv2.LINE_AA, _SHIFT))
@@ -63,6 +65,10 @@ class Ink:
     def panel(self, radius: float = 14.0, fill: Rgba = PANEL, edge: Rgba = PANEL_EDGE) -> None:
         """The whole surface as a dark, see-through panel with a hairline edge."""
         self.surface.blit(_panel(self.surface.get_size(), self.scale, radius, fill, edge), (0, 0))
+
+    def layer(self, draw: Callable[..., None], *key: Hashable) -> None:
+        """What `draw(ink, *key)` draws, drawn once for this size and these keys: the parts of a panel that seldom change."""
+        self.surface.blit(_layer(draw, key, self.surface.get_size(), self.scale, self._type), (0, 0))
 
     def trim(self, radius: float = 14.0) -> None:
         """Take away what reaches over the round corners of a panel."""
@@ -95,10 +101,10 @@ class Ink:
     def text_width(self, text: str, size: float, weight: int = REGULAR) -> float:
         return width(clean(text), max(4, round(size * self.scale)), weight) / self.scale
 
-    def _stamp(self, points: Iterable[XY], thickness: float, colour: Rgba, paint: Paint) -> None:
+    def _stamp(self, points: Points, thickness: float, colour: Rgba, paint: Paint) -> None:
         """Coverage of the shape's own rectangle, laid over what is there in its colour."""
-        at = (np.array(list(points), np.float64).reshape(-1, 2) - self._origin) * self.scale - 0.5
-        at = np.clip(at, -_FAR_PX, _FAR_PX)
+        rows = points if isinstance(points, np.ndarray) else np.array(list(points), np.float64).reshape(-1, 2)
+        at = np.clip((rows - self._origin) * self.scale - 0.5, -_FAR_PX, _FAR_PX)
         pad = thickness / 2 + 2
         left, top = (max(0, floor(v - pad)) for v in at.min(axis=0))
         right, bottom = (min(limit, ceil(v + pad) + 1) for v, limit in zip(at.max(axis=0), self.surface.get_size(), strict=True))
@@ -119,6 +125,15 @@ def _panel(size_px: tuple[int, int], scale: float, radius: float, fill: Rgba, ed
     if edge != fill:
         outline = rounded(0.5, 0.5, wide - 1, high - 1, radius - 0.5)
         ink.line([*outline, outline[0]], 1.0, edge)
+    return surface
+
+
+@lru_cache(maxsize=64)
+def _layer(
+    draw: Callable[..., None], key: tuple[Hashable, ...], size_px: tuple[int, int], scale: float, kind: Type
+) -> pygame.Surface:
+    surface = pygame.Surface(size_px, pygame.SRCALPHA)
+    draw(Ink(surface, scale, kind), *key)
     return surface
 
 

@@ -17,6 +17,7 @@ from wire.road import Road
 Points = npt.NDArray[np.float64]
 _UNITS_PER_M = 3.8  # 248 x 214 units show 65 x 56 m
 _CAR_AT: XY = (124.0, 162.0)  # the road ahead has most of the room
+_NEAR_M = 120.0  # along the road, where a bend brings it back into view
 _STEP_M = 2.5  # between points of the road's edges: an arc of 45 m radius is off by less than 2 cm
 _ASPHALT: Rgba = (92, 101, 112, 255)
 _SIDEWALK: Rgba = (55, 63, 73, 255)
@@ -41,6 +42,7 @@ class _Geometry:
         def row(offset_m: float) -> Points:
             return np.array([road.to_world(float(station), offset_m)[:2] for station in stations])
 
+        self.stations = stations
         self.walks = (row(walk), row(-walk))
         self.kerbs = (row(road.half_width_m), row(-road.half_width_m))
         self.centre = row(0.0)
@@ -77,7 +79,7 @@ def draw_map(ink: Ink, view: MapView) -> None:
         return
     up = _Up(scene)
     if view.road_map is not None:
-        _draw_road(ink, _geometry(view.road_map), up)
+        _draw_road(ink, _geometry(view.road_map), up, scene.station_m)
     _draw_path(ink, scene.stopping_corridor, up, 9.0, _CORRIDOR)
     _draw_path(ink, scene.plan, up, 3.0, _PLAN)
     for thing in scene.objects:
@@ -89,10 +91,13 @@ def draw_map(ink: Ink, view: MapView) -> None:
     ink.trim()
 
 
-def _draw_road(ink: Ink, road: _Geometry, up: _Up) -> None:
+def _draw_road(ink: Ink, road: _Geometry, up: _Up, station_m: float) -> None:
+    """Only what lies within NEAR_M along the road: the rest is outside the map, unless the road comes back."""
+    first, last = np.searchsorted(road.stations, (station_m - _NEAR_M, station_m + _NEAR_M))
+    near = slice(max(int(first) - 1, 0), int(last) + 2)
     for (left, right), colour in ((road.walks, _SIDEWALK), (road.kerbs, _ASPHALT)):
-        ink.polygon(_near(np.vstack([up.rows(left), up.rows(right)[::-1]])), colour)
-    ink.line(_near(up.rows(road.centre)), 1.2, _LINE)
+        ink.polygon(_within(np.vstack([up.rows(left[near]), up.rows(right[near])[::-1]])), colour)
+    ink.line(_within(up.rows(road.centre[near])), 1.2, _LINE)
     begin, end = (tuple(up.rows(point[None])[0]) for point in road.goal)
     for i in range(8):
         a, b = i / 8, (i + 1) / 8
@@ -103,14 +108,14 @@ def _draw_road(ink: Ink, road: _Geometry, up: _Up) -> None:
         )
 
 
-def _near(points: Points) -> list[XY]:
+def _within(points: Points) -> Points:
     """Far points pulled in: a road of kilometres must not leave OpenCV's range of coordinates."""
-    return [(float(x), float(y)) for x, y in np.clip(points, -5000.0, 5000.0)]
+    return np.clip(points, -5000.0, 5000.0)
 
 
 def _draw_path(ink: Ink, path: tuple[tuple[float, float], ...], up: _Up, thick: float, colour: Rgba) -> None:
     if len(path) > 1:
-        ink.line(_near(up.rows(np.array(path))), thick, colour)
+        ink.line(_within(up.rows(np.array(path))), thick, colour)
 
 
 def _draw_object(ink: Ink, thing: TrackedObject, up: _Up) -> None:
