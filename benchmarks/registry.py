@@ -1,9 +1,10 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-from benchmarks import cycle, wheel_to_can
+from benchmarks import cycle, video, wheel_to_can
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
     cycle.NAME: cycle.figures,
     wheel_to_can.NAME: wheel_to_can.figures,
+    video.NAME: video.figures,
 }
