@@ -1,10 +1,11 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-from benchmarks import cycle, video, wheel_to_can
+from benchmarks import cycle, recorder, video, wheel_to_can
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
     cycle.NAME: cycle.figures,
     wheel_to_can.NAME: wheel_to_can.figures,
     video.NAME: video.figures,
+    recorder.NAME: recorder.figures,
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.recorder import picture
+from benchmarks.recorder import CAMERAS, picture
 
 PROGRAMS = (
     ("tower", "demo"),
@@ -25,7 +25,7 @@ PROGRAMS = (
     ("recordings", "record"),
 )
 PATIENCE_S = 30.0
-FILE_MAX_BYTES = 300_000  # what the disk of the full-disk test still takes
+FILE_MAX_BYTES = 2_000_000  # what the disk of the full-disk test still takes: several flushes
 
 
 def start(*words: str, file_max_bytes: int | None = None) -> subprocess.Popen[str]:
@@ -100,7 +100,11 @@ def test_a_disk_that_fills_up_ends_the_recording_with_one_line_and_what_was_writ
     process = start("recordings", "record", "--config", str(config), file_max_bytes=FILE_MAX_BYTES)
     sequence = iter(range(10**6))
     video = world.speaker("video")
-    world.until(lambda: process.poll() is not None, lambda: video.publish("video", picture(1, next(sequence))), patience_s=20.0)
+
+    def film() -> None:
+        video.publish("video", picture(CAMERAS[0], 1, next(sequence)))
+
+    world.until(lambda: process.poll() is not None, film, patience_s=20.0)
     code, lines = told(process)
     recording = tmp_path / "drive" / "drive.mcap"
     assert code != 0

@@ -32,6 +32,7 @@ from wire.messages.vehicle import Mode
 from wire.settings import WireSettings
 from wire.signature import sign
 from wire.topics import COCKPITS, TOPICS, Role
+from wire.topics import PROGRAMS as PROGRAMS_OF
 
 PROGRAMS = {
     "gateway": ("vehicle-gateway", "run"),
@@ -228,12 +229,7 @@ def test_frames_with_a_wrong_checksum_counter_or_name_are_counted_and_the_car_is
     until(lambda: drive.state.get().message.stamp_ns > before and drive.state.get().message.gear is Gear.DRIVE)
 
 
-READERS = {
-    "gateway": Role.VEHICLE_HUB,
-    "recordings record": Role.RECORDER,
-    "autonomy": Role.AUTONOMY,
-    "tower cockpit": Role.TOWER_HUB,
-}
+READERS = {PROGRAMS_OF[role]: role for role in (Role.VEHICLE_HUB, Role.RECORDER, Role.AUTONOMY, Role.TOWER_HUB)}
 
 
 def read_by(role: Role) -> set[str]:
