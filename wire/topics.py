@@ -23,6 +23,7 @@ class Role(StrEnum):
     TOWER_SCRIPT = "tower-script"  # the scripted operator; a real car refuses it
     WINDOW = "window"
     CAR_OBSERVER = "car-observer"  # looks on at the car's hub (`vehicle-gateway status`, the demo's supervisor)
+    TOWER_OBSERVER = "tower-observer"  # looks on at the tower's hub: sees what the window is told, sends nothing
 
 
 PROGRAMS: dict[Role, str] = {  # the command that a role's process is: how it names itself in its health and its log
@@ -35,11 +36,13 @@ PROGRAMS: dict[Role, str] = {  # the command that a role's process is: how it na
     Role.TOWER_SCRIPT: "tower cockpit",
     Role.WINDOW: "tower window",
     Role.CAR_OBSERVER: "tower demo",
+    Role.TOWER_OBSERVER: "tower observer",
 }
 ECU = "vehicle-gateway ecu"  # has no role: it is on CAN alone, and the gateway passes its health on
 CAR = frozenset({Role.VEHICLE_HUB, Role.VIDEO, Role.SIMULATE, Role.AUTONOMY, Role.RECORDER, Role.CAR_OBSERVER})
-TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW})
+TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW, Role.TOWER_OBSERVER})
 COCKPITS = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT})
+SCREENS = frozenset({Role.WINDOW, Role.TOWER_OBSERVER})
 
 
 def certificate_names(role: Role, vehicle_id: str) -> tuple[str, ...]:
@@ -118,40 +121,26 @@ TOPICS: dict[str, Topic] = {
         # tower -> car
         _topic("drive_command", operating.DriveCommand, 100, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND),
         _topic("tower_stop", operating.TowerStop, 0, COCKPITS, {R.VEHICLE_HUB}, T.EVENT, K.EVENT),
-        _topic(
-            "operator_status",
-            operating.OperatorStatus,
-            20,
-            COCKPITS,
-            {R.WINDOW},
-            T.STATE,
-        ),
-        _topic("window_status", operating.WindowStatus, 30, R.WINDOW, COCKPITS, T.STATE),
+        _topic("operator_status", operating.OperatorStatus, 20, COCKPITS, SCREENS, T.STATE),
+        _topic("window_status", operating.WindowStatus, 30, R.WINDOW, COCKPITS | {R.TOWER_OBSERVER}, T.STATE),
         _topic("operator_input", operating.OperatorInput, 60, R.WINDOW, COCKPITS, T.COMMAND, recorded=False),
         _topic("torque_steps", steps.TorqueSteps, 10, COCKPITS, set(), T.BULK, K.EVENT),
         _topic("clock_ping", operating.ClockPing, 5, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND, recorded=False),
         # car -> tower
         _topic("clock_pong", operating.ClockPong, 5, R.VEHICLE_HUB, COCKPITS, T.COMMAND, recorded=False),
-        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | {R.WINDOW, R.VIDEO, R.CAR_OBSERVER}, T.COMMAND),
+        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | SCREENS | {R.VIDEO, R.CAR_OBSERVER}, T.COMMAND),
         _topic(
             "gateway_status",
             vehicle.GatewayStatus,
             20,
             R.VEHICLE_HUB,
-            COCKPITS | {R.WINDOW, R.AUTONOMY, R.CAR_OBSERVER},
+            COCKPITS | SCREENS | {R.AUTONOMY, R.CAR_OBSERVER},
             T.STATE,
         ),
-        _topic(
-            "vehicle_description",
-            vehicle.VehicleDescription,
-            1,
-            R.VEHICLE_HUB,
-            COCKPITS | {R.WINDOW},
-            T.BULK,
-        ),
-        _topic("autonomy_status", automation.AutonomyStatus, 20, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW}, T.STATE),
-        _topic("scene", automation.Scene, 10, R.AUTONOMY, {R.VEHICLE_HUB, R.WINDOW} | COCKPITS, T.BULK),
-        _topic("road_map", automation.RoadMap, 1, R.AUTONOMY, {R.WINDOW} | COCKPITS, T.BULK),
+        _topic("vehicle_description", vehicle.VehicleDescription, 1, R.VEHICLE_HUB, COCKPITS | SCREENS, T.BULK),
+        _topic("autonomy_status", automation.AutonomyStatus, 20, R.AUTONOMY, {R.VEHICLE_HUB} | SCREENS, T.STATE),
+        _topic("scene", automation.Scene, 10, R.AUTONOMY, {R.VEHICLE_HUB} | SCREENS | COCKPITS, T.BULK),
+        _topic("road_map", automation.RoadMap, 1, R.AUTONOMY, SCREENS | COCKPITS, T.BULK),
         _topic("camera_status", sensing.CameraStatus, 5, R.VIDEO, {R.VEHICLE_HUB, R.CAR_OBSERVER}, T.STATE),
         # inside the car
         _topic("autonomy_command", automation.AutonomyCommand, 100, R.AUTONOMY, {R.VEHICLE_HUB}, T.COMMAND),
@@ -167,7 +156,7 @@ TOPICS: dict[str, Topic] = {
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
         # both sites
         _topic("car_health", health.LoopHealth, 1, CAR, {R.VIDEO, R.CAR_OBSERVER}, T.STATE, K.EVENT),
-        _topic("tower_health", health.LoopHealth, 1, TOWER, {R.CAR_OBSERVER}, T.STATE, K.EVENT),
+        _topic("tower_health", health.LoopHealth, 1, TOWER - {R.TOWER_OBSERVER}, {R.CAR_OBSERVER}, T.STATE, K.EVENT),
     )
 }
 
