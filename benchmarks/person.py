@@ -6,13 +6,16 @@ gamepad's axes), decided by what the window is told and has on screen (`displaye
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from math import copysign
 
 from tower.cockpit.delayed_view import DelayedView, Seen
 from tower.cockpit.devices import View
 from tower.cockpit.driving import Intent, Mind, Perceived, understood
+from tower.cockpit.keyboard import KeyboardSettings, target_max_rad
 from tower.cockpit.pedals import PedalSettings
 from tower.cockpit.speed_choice import SpeedSettings
 from tower.cockpit.way_around import WaySettings
+from tower.devices.gamepad import STICK_DEAD_ZONE, STICK_EXPONENT
 from wire.messages.automation import RoadMap
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import GatewayStatus, Mode
@@ -114,6 +117,26 @@ def _driving(intent: Intent, operator: OperatorStatus) -> set[Finger]:
         (Finger.BRAKE, intent.brake > operator.brake + PEDAL_BAND),
     )
     return {finger for finger, down in rows if down}
+
+
+@dataclass(frozen=True, slots=True)
+class Thumbs:
+    """A gamepad's stick (left positive) and triggers (0 released), as a practised thumb holds them."""
+
+    stick: float = 0.0
+    throttle: float = 0.0
+    brake: float = 0.0
+
+
+def on_a_gamepad(person: Person, look: Look, hands: Hands) -> Thumbs:
+    """Where stick and triggers are held; nowhere while the person does not drive."""
+    if look.seen is None or look.status is None or look.status.mode is not Mode.REMOTE or Finger.DEAD_MAN not in hands.held:
+        return Thumbs()
+    car, speed_m_s = look.seen.description, look.seen.vehicle_state.speed_m_s
+    sharpest_rad = target_max_rad(speed_m_s, car, KeyboardSettings()) / car.steering_ratio
+    share = min(max(person.intent.road_wheel_angle_rad / sharpest_rad, -1.0), 1.0)
+    stick = STICK_DEAD_ZONE + (1.0 - STICK_DEAD_ZONE) * abs(share) ** (1.0 / STICK_EXPONENT)
+    return Thumbs(copysign(stick if abs(share) > 1e-3 else 0.0, share), person.intent.throttle, person.intent.brake)
 
 
 class Eyes:

@@ -4,22 +4,14 @@ import os
 import shutil
 import subprocess
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
-from typing import Any
 
-from benchmarks.person import Eyes, Finger, Hands, Person, acted
-from tower.cockpit.devices import View
-from wire.clock import Clock
-from wire.latest import Latest
-from wire.link import Link, open_link
-from wire.messages.operating import OperatorStatus
+from benchmarks.person import Finger, Hands, Person
+from benchmarks.person_looking import looked
 from wire.settings import WireSettings
-from wire.topics import Role
 
-LOOK_S = 0.03
 KEYS = {
     Finger.DEAD_MAN: "shift",
     Finger.LEFT: "Left",
@@ -82,31 +74,7 @@ class Keyboard:
             self._tool.stdin.flush()
 
 
-class Screen:
-    """What the window is told, and what it has on screen."""
-
-    def __init__(self, link: Link) -> None:
-        self._operator: Latest[OperatorStatus] = link.level("operator_status")
-        names = ("vehicle_state", "gateway_status", "description", "scene", "road_map", "window_status")
-        self._slots: dict[str, Latest[Any]] = {
-            name: link.level("vehicle_description" if name == "description" else name) for name in names
-        }
-
-    def view(self) -> View:
-        newest: dict[str, Any] = {name: slot.get() for name, slot in self._slots.items()}
-        return View(**newest)
-
-    def operator(self) -> OperatorStatus | None:
-        received = self._operator.get()
-        return received.message if received else None
-
-
 def drive(wire: WireSettings, display: str, done: threading.Event) -> Person:
-    """Look and press until `done` is set; what the person has been through."""
-    clock, person, eyes = Clock(wire.clock.tower_offset_ns), Person(), Eyes()
-    with open_link(wire.link, Role.TOWER_OBSERVER, clock, done) as link, Keyboard(display) as keyboard:
-        screen = Screen(link)
-        while not done.wait(LOOK_S):
-            person, hands = acted(person, eyes.look(screen.view(), screen.operator(), time.monotonic()))
-            keyboard.press(hands)
-    return person
+    """Look and press keys until `done` is set; what the person has been through."""
+    with Keyboard(display) as keyboard:
+        return looked(wire, done, lambda _, __, hands: keyboard.press(hands))

@@ -1,5 +1,6 @@
 """A real demo under test: started as a user would, watched at the car's hub and in the referee's own log, hurt on purpose."""
 
+import io
 import json
 import os
 import signal
@@ -12,9 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
+from rich.console import Console
 
+from tower.demo.aftermath import make_whole
+from tower.demo.crew import CAR, TOWER, Member, crew, utc_folder
 from tower.demo.observer import Observer
-from wire.configuration import read_sections
+from tower.demo.session import choose, write_session
+from wire.configuration import read_sections, shipped
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
 from wire.settings import WireSettings
@@ -118,3 +123,16 @@ def _folder(sessions: Path, process: subprocess.Popen[bytes], log: Path) -> Path
             return found[0]
         time.sleep(LOOK_S)
     raise RigError(f"the demo did not start:\n{log.read_text(errors='replace')}")
+
+
+@contextmanager
+def driving_with(sessions: Path, scenario: str, window: Path) -> Iterator[tuple[Path, Observer]]:
+    """Every process of a demo, but with the script `window` in the window's place; the session's folder and an observer."""
+    tables = choose(shipped("simulated.toml"), scenario, "")
+    folder = utc_folder(sessions)
+    written = write_session(tables, folder)
+    wire: WireSettings = read_sections(written, {"wire": WireSettings})["wire"]
+    members = (Member("window", "python", str(window)), *(member for member in (*TOWER, *CAR) if member.name != "window"))
+    with crew(members, written, folder), Observer(wire.link) as observer:
+        yield folder, observer
+    make_whole(folder, Console(file=io.StringIO()))
