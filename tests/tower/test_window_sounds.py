@@ -10,7 +10,13 @@ from wire.messages.vehicle import Mode
 OPERATOR = {Mode.REMOTE, Mode.HANDING_BACK}
 CAR = {Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER}
 STOPPING = {Mode.SAFE_STOP, Mode.EMERGENCY_STOP}
-GROUPS = ((OPERATOR, Sound.OPERATOR_DRIVES), (CAR, Sound.CAR_DRIVES), (STOPPING, Sound.STOPPING))
+PERSON = {Mode.LOCAL_DRIVER}
+GROUPS = (
+    (OPERATOR, Sound.OPERATOR_DRIVES),
+    (CAR, Sound.CAR_DRIVES),
+    (STOPPING, Sound.STOPPING),
+    (PERSON, Sound.PERSON_DRIVES),
+)
 
 
 def test_a_sound_tells_of_every_change_of_the_driver_and_of_nothing_else() -> None:
@@ -27,7 +33,7 @@ def test_the_alarm_is_on_while_the_car_asks_and_only_then() -> None:
     assert [mode for mode in (*Mode, None) if alarm_on(mode)] == [Mode.TAKEOVER_REQUESTED]
 
 
-def test_the_four_sounds_are_loud_enough_unclipped_end_in_silence_and_differ() -> None:
+def test_the_sounds_are_loud_enough_unclipped_end_in_silence_and_differ() -> None:
     waves = {sound: waveform(sound) for sound in Sound}
     assert set(SCORES) == set(Sound)
     for wave in waves.values():
@@ -37,6 +43,20 @@ def test_the_four_sounds_are_loud_enough_unclipped_end_in_silence_and_differ() -
         assert abs(int(wave[-1, 0])) < 200
     for one, other in itertools.combinations(waves.values(), 2):
         assert one.shape != other.shape or not np.array_equal(one, other)
+
+
+def test_no_two_sounds_have_the_same_notes_or_begin_at_the_same_pitch_and_go_the_same_way() -> None:
+    """Told apart by ear: pitch of the first note, direction, number of notes."""
+
+    def heard(sound: Sound) -> tuple[float, float, int]:
+        notes = SCORES[sound][1]
+        return notes[0].pitch_hz, float(np.sign(notes[-1].pitch_hz - notes[0].pitch_hz)), len(notes)
+
+    assert len({heard(sound) for sound in Sound}) == len(Sound)
+    for one, other in itertools.combinations(Sound, 2):
+        first, second = heard(one), heard(other)
+        semitones = abs(12 * np.log2(first[0] / second[0]))
+        assert semitones >= 2.0 or first[1:] != second[1:], (one, other)
 
 
 def test_your_tone_rises_and_the_cars_tone_falls() -> None:

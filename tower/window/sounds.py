@@ -1,4 +1,4 @@
-"""The four sounds of the window, made when it starts, and the table that says when. Nothing else makes a sound; the checklist
+"""The five sounds of the window, made when it starts, and the table that says when. Nothing else makes a sound; the checklist
 plays the alarm once before the drive.
 
 A sound tells who drives now; the alarm repeats as long as the car asks. Played with pygame; without a sound device, silent.
@@ -25,6 +25,7 @@ class Sound(StrEnum):
     OPERATOR_DRIVES = "operator drives"
     CAR_DRIVES = "car drives"
     STOPPING = "stopping"
+    PERSON_DRIVES = "person drives"  # the one in the car
 
 
 class Trial(StrEnum):
@@ -36,7 +37,12 @@ class Trial(StrEnum):
     SILENT = "silent"  # no device, or no sound wanted
 
 
-_BY_DRIVER = {Driver.OPERATOR: Sound.OPERATOR_DRIVES, Driver.CAR: Sound.CAR_DRIVES, Driver.STOPPING: Sound.STOPPING}
+_BY_DRIVER = {
+    Driver.OPERATOR: Sound.OPERATOR_DRIVES,
+    Driver.CAR: Sound.CAR_DRIVES,
+    Driver.STOPPING: Sound.STOPPING,
+    Driver.PERSON_IN_CAR: Sound.PERSON_DRIVES,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +53,12 @@ class Note:
     level: float = 1.0
 
 
-# Rising fifth: yours. Falling fifth: the car's. High and insistent: wanted. Low and even: stopping.
+# Rising fifth: yours. Falling fifth: the car's. High and insistent: wanted. Low and even: stopping. Thrice the same: someone there.
 SCORES: dict[Sound, tuple[float, tuple[Note, ...]]] = {  # length with the pause before a repeat, s
     Sound.REQUEST: (1.3, (Note(0.0, 0.16, 988.0), Note(0.2, 0.16, 740.0), Note(0.4, 0.16, 988.0), Note(0.6, 0.22, 740.0))),
     Sound.OPERATOR_DRIVES: (0.7, (Note(0.0, 0.22, 392.0, 0.8), Note(0.18, 0.45, 587.0, 0.9))),
     Sound.CAR_DRIVES: (0.7, (Note(0.0, 0.22, 587.0, 0.7), Note(0.18, 0.45, 392.0, 0.7))),
+    Sound.PERSON_DRIVES: (0.8, (Note(0.0, 0.14, 523.0, 0.8), Note(0.22, 0.14, 523.0, 0.8), Note(0.44, 0.2, 523.0, 0.8))),
     Sound.STOPPING: (1.2, (Note(0.0, 0.28, 196.0), Note(0.4, 0.28, 196.0), Note(0.8, 0.34, 147.0))),
 }
 
