@@ -4,8 +4,6 @@ A thin shell over one Zenoh session. Callbacks run on library threads and only d
 and counted by reason. Nothing here decides anything. Facts and measurements behind the settings: ARCHITECTURE.md, "The link".
 """
 
-import json
-import logging
 import sys
 import threading
 from collections import Counter
@@ -15,21 +13,18 @@ from typing import Any
 
 import zenoh
 
-from wire import certificates
-from wire.access import access_control
 from wire.clock import Clock
-from wire.endpoint import EVERYWHERE, Endpoint
+from wire.endpoint import Endpoint
 from wire.latest import EventQueue, Latest
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
 from wire.order import Newest, has_room, is_old, is_ordered, stream_of
 from wire.reach import told_why
 from wire.settings import LinkSettings
-from wire.site import dialled, listened, own_hub, site_of, vehicles
+from wire.site import dialled, listened, own_hub, site_of
 from wire.topics import QUERIES, TOPICS, Kind, Role, Travel, key
+from wire.transport import LinkError as LinkError
+from wire.transport import session_configuration, tls_of, warn_of_unnamed
 
-log = logging.getLogger(__name__)
-
-_OPEN_TIMEOUT_MS = 1000  # how long one attempt to reach the hub may take before SIGTERM is looked at again
 _TRIES_BEFORE_TOLD = 5  # of about a second each
 _CLOSE_PATIENCE_S = 1.0
 _MESSAGE_MAX_BYTES = 1_000_000  # ours: ten times the largest message seen (one IDR picture)
@@ -43,66 +38,8 @@ _TRAVEL: dict[Travel, tuple[zenoh.Priority, zenoh.Reliability, zenoh.CongestionC
 }
 
 
-class LinkError(Exception):
-    """The link cannot be opened; the text names the fix."""
-
-
 class Stopped(Exception):
     """The program was asked to stop while it waited for its hub."""
-
-
-def session_configuration(settings: LinkSettings, role: Role, hub: bool, waits: bool = True) -> zenoh.Config:
-    """The Zenoh configuration of one process. Raises LinkError when certificates are missing from a folder that holds some.
-
-    Where there are none at all the first program makes them: one command is enough to run on one machine.
-    """
-    folder = certificates.folder_of(settings.certificates)
-    if certificates.make_if_none(folder):
-        log.info("made a local authority and certificates in %s", folder)
-    site = site_of(role)
-    entries: dict[str, Any] = {
-        "mode": "router" if hub else "client",
-        "scouting/multicast/enabled": False,
-        "scouting/gossip/enabled": False,
-        "transport/link/tx/lease": settings.lease_ms,
-        "transport/link/tx/keep_alive": 4,
-        "transport/link/tx/queue/size/data": 16,  # batches of 64 kB: pictures come in bursts, and a dropped one is lost
-        "transport/link/tls": tls_of(settings, role),
-    }
-    if hub:
-        entries["listen/endpoints"] = [each.zenoh for each in listened(settings, site)] if waits else []
-        entries["access_control"] = access_control(vehicles(settings, site), site, settings.accepts_script)
-        entries["connect/endpoints"] = [each.zenoh for each in dialled(settings, site)]
-        entries["connect/timeout_ms"] = -1  # in the background, for ever; 0 would be one attempt
-        entries["connect/exit_on_failure"] = False
-        entries["connect/retry"] = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5}
-    else:
-        entries["connect/endpoints"] = [own_hub(settings, site).zenoh]
-        entries["connect/timeout_ms"] = _OPEN_TIMEOUT_MS
-        entries["connect/retry"] = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
-    configuration = zenoh.Config()
-    for name, value in entries.items():
-        configuration.insert_json5(name, json.dumps(value))
-    return configuration
-
-
-def tls_of(settings: LinkSettings, role: Role) -> dict[str, Any]:
-    """Zenoh's transport/link/tls of a role. Raises LinkError when its certificate is missing, damaged or has expired."""
-    folder = certificates.folder_of(settings.certificates)
-    try:
-        certificates.check(folder, role, settings.vehicle_id)
-    except certificates.CertificateError as error:
-        raise LinkError(str(error)) from None
-    key_file, certificate = str(folder / f"{role}.key"), str(folder / f"{role}.pem")
-    return {
-        "root_ca_certificate": str(folder / f"{certificates.AUTHORITY}.pem"),
-        "enable_mtls": True,
-        "listen_private_key": key_file,
-        "listen_certificate": certificate,
-        "connect_private_key": key_file,
-        "connect_certificate": certificate,
-        "verify_name_on_connect": True,
-    }
 
 
 @contextmanager
@@ -119,19 +56,13 @@ def open_link(
     places = dialled(settings, site) if hub else ()
     session = _open_hub(configuration, settings, site) if hub else _open_client(configuration, stop, own_hub(settings, site))
     if hub and waits:
-        _warn_of_unnamed(settings, role)
+        warn_of_unnamed(settings, role)
     link = Link(session, settings.vehicle_id, role, clock)
     try:
         with told_why(tls_of(settings, role), places, lambda: link.sites):
             yield link
     finally:
         _close(session)
-
-
-def _warn_of_unnamed(settings: LinkSettings, role: Role) -> None:
-    hosts = tuple(place.host for place in listened(settings, site_of(role)) if place.host not in EVERYWHERE)
-    for host in certificates.unnamed(certificates.folder_of(settings.certificates), role, hosts):
-        log.warning("our certificate does not name %s: who dials it will refuse us; make or export it with --host %s", host, host)
 
 
 def _close(session: zenoh.Session) -> None:

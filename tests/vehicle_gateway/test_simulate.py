@@ -261,9 +261,11 @@ def configuration(folder, certificates_folder):
     return file
 
 
-def test_without_certificates_it_says_how_to_make_them(tmp_path):
+def test_without_its_certificate_it_says_how_to_make_them(tmp_path):
+    certificates.ensure(tmp_path / "some")
+    (tmp_path / "some" / "simulate.pem").unlink()
     with pytest.raises(LinkError, match="make them with"):
-        simulate.run(configuration(tmp_path, tmp_path / "none"), threading.Event())
+        simulate.run(configuration(tmp_path, tmp_path / "some"), threading.Event())
 
 
 def test_the_world_turns_although_there_is_no_hub(tmp_path):

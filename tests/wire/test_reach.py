@@ -12,10 +12,11 @@ from wire.authority import issue
 from wire.certificates import authority_of, make, write_pem
 from wire.clock import Clock
 from wire.endpoint import Endpoint, parse
-from wire.link import LinkError, open_link, tls_of
+from wire.link import LinkError, open_link
 from wire.reach import explained, obstacle, told_why
 from wire.settings import LinkSettings
 from wire.topics import Role
+from wire.transport import tls_of
 
 
 @pytest.fixture(scope="module")

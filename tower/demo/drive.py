@@ -20,11 +20,12 @@ from tower.fleet import Fleet, choices, looking, show, table, towards_one, wait_
 from wire import certificates
 from wire.clock import Clock
 from wire.configuration import ConfigurationError, read_sections, read_tables
-from wire.link import LinkError, tls_of
+from wire.link import LinkError
 from wire.reach import obstacle
 from wire.settings import LinkSettings, WireSettings
 from wire.site import dialled, override, own_hub
 from wire.topics import Role
+from wire.transport import tls_of
 
 LOOK_S = 0.2
 FIRST_LOOK_S = 3.0  # until the car has said how it is

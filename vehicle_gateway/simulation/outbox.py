@@ -8,10 +8,11 @@ import threading
 from collections import Counter, deque
 
 from wire.clock import Clock
-from wire.link import Stopped, open_link, session_configuration
+from wire.link import Stopped, open_link
 from wire.messages.base import Message
 from wire.settings import LinkSettings
 from wire.topics import Role
+from wire.transport import session_configuration
 
 _WAITING_MAX = 256  # messages; about one second of everything the simulated car says
 _JOIN_S = 1.5  # longer than one attempt of the link to reach its hub; the thread ends with the process anyway
