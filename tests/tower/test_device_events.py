@@ -117,6 +117,13 @@ def test_a_wheel_is_opened_once_and_anew_after_it_was_pulled_out(tmp_path: Path)
     assert opener.asked == ["/dev/input/event1"] * 2 and len(finder.arrived) == 1
 
 
+def test_a_second_device_of_the_same_wheel_without_its_axes_is_left_alone(tmp_path: Path):
+    a_device(tmp_path, 1, "046d", "c262", "10000000000", "Logitech G920 Consumer Control")
+    opener = Opener()
+    Finder({}, opener.open, tmp_path).look()
+    assert opener.asked == []
+
+
 def test_a_wheel_that_may_not_be_opened_is_named_with_the_fix_until_it_may(tmp_path: Path):
     a_device(tmp_path, 1, "046d", "c24f", "27", "G29")
     opener = Opener()

@@ -270,6 +270,15 @@ def test_lamps_wipers_indicators_and_gear_are_latched_and_the_gear_only_at_stand
     assert person.say(cable, (GEAR, 1.0)).gear is Gear.REVERSE
 
 
+def test_gear_lights_and_wipers_do_not_jump_when_a_wheel_is_selected():
+    person = Person()
+    person.tick(gear=Gear.REVERSE, lights=Lights.HIGH, wipers=Wipers.FAST, hazard=True)
+    person.armed_wheel()
+    now = person.tick()
+    assert person.desk.name == "Logitech G920"
+    assert (now.gear, now.lights, now.wipers, now.hazard) == (Gear.REVERSE, Lights.HIGH, Wipers.FAST, True)
+
+
 def test_the_scripted_operator_lets_go_when_a_paddle_is_held_while_nobody_drives():
     person = Person("scripted")
     cable, _ = person.plugs.plug_in()

@@ -6,9 +6,9 @@ import pygame
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tower.window.keys import BINDINGS, Control, WindowKeys, next_input, next_window_keys, released
-from wire.messages.base import Gear, Indicators, decoder, encode
-from wire.messages.operating import OperatorInput
+from tower.window.keys import BINDINGS, Control, WindowKeys, followed, next_input, next_window_keys, released
+from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
+from wire.messages.operating import OperatorInput, OperatorStatus
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # before pygame opens a display: these tests need no screen
 COUNTED = {
@@ -119,3 +119,46 @@ def test_pygame_knows_every_key_by_its_name() -> None:
     codes = [pygame.key.key_code(name) for binding in BINDINGS for name in binding.keys]
     pygame.display.quit()
     assert len(codes) == len(set(codes))
+
+
+def cockpit_says(device: str) -> OperatorStatus:
+    return OperatorStatus(
+        stamp_ns=1,
+        operator="Anna",
+        device=device,
+        lease_epoch=0,
+        lease_note="",
+        dead_man=False,
+        armed=True,
+        wheel_phase="idle",
+        steering_wheel_angle_rad=0.0,
+        steering_wheel_torque=0.0,
+        alignment_error_rad=0.0,
+        throttle=0.0,
+        brake=0.0,
+        road_wheel_angle_rad=0.0,
+        acceleration_m_s2=0.0,
+        gear=Gear.REVERSE,
+        indicators=Indicators.LEFT,
+        hazard=True,
+        horn=False,
+        lights=Lights.HIGH,
+        wipers=Wipers.SLOW,
+        hand_over_note="",
+        stop_number=0,
+        stop_state="",
+        clock_offset_ns=0,
+        clock_bound_ns=0,
+        round_trip_ms=0.0,
+    )
+
+
+def test_gear_and_lights_follow_the_wheel_that_is_in_use_until_a_key_is_held() -> None:
+    idle = released(0)
+    after = followed(idle, cockpit_says("Logitech G920"))
+    assert (after.gear, after.indicators, after.hazard) == (Gear.REVERSE, Indicators.LEFT, True)
+    assert (after.lights, after.wipers) == (Lights.HIGH, Wipers.SLOW)
+    assert followed(idle, cockpit_says("keyboard")) == idle
+    assert followed(idle, None) == idle
+    held = next_input({Control.DEAD_MAN}, (), idle, focus=True, standing=True, now_ns=1)
+    assert followed(held, cockpit_says("Logitech G920")) == held

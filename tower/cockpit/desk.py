@@ -123,6 +123,7 @@ class Desk:
             self._kind = InputKind.KEYBOARD
             self._device = self._start(self.controls.wheel)
         else:
+            self._wheels[key].adopt(self.controls)
             self._device = self._wheels[key]
 
     def _loss(self, view: View, driving: bool) -> str:

@@ -61,10 +61,27 @@ class WheelDevice:
     def missing(self) -> tuple[str, ...]:
         return () if self.unplugged else missing(self.readings, self._profile)
 
+    def adopt(self, controls: Controls) -> None:
+        """Gear, lights and wipers as the device used before has left them: they do not jump when this one is selected."""
+        kept = replace(
+            self.readings.switches,
+            gear=controls.gear,
+            indicators=controls.indicators,
+            hazard=controls.hazard,
+            lights=controls.lights,
+            wipers=controls.wipers,
+        )
+        self.readings = replace(self.readings, switches=kept)
+
     def feel(self, effects: Effects, now_ns: int) -> None:
         self.effects = effects
         if self._forces is not None:
             self._forces.feel(effects, now_ns)
+
+    @property
+    def forces_ended(self) -> bool:
+        """The process that renders the forces has ended by itself: the wheel goes on without them."""
+        return self._forces is not None and self._forces.ended
 
     def close(self) -> None:
         if self._forces is not None:

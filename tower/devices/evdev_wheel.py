@@ -44,18 +44,23 @@ class EvdevWheel:
 
     def read(self, levels: Mapping[str, float]) -> tuple[Readings, int | None]:
         """See tower.devices.source."""
+        try:
+            events = self._waiting()
+            batch = named((event.type, event.code, event.value) for event in events)
+            readings = self._state(levels) if batch.dropped else batch.readings
+        except OSError as error:
+            raise Unplugged(errno.errorcode.get(error.errno or 0, str(error))) from None
+        newest = newest_ns((event.sec, event.usec) for event in events)
+        return readings, None if newest is None else max(time.monotonic_ns() - newest, 0)
+
+    def _waiting(self) -> list[Any]:
         events: list[Any] = []
         try:
             for _ in range(_READS_MAX):
                 events += self._device.read()
         except BlockingIOError:
             pass
-        except OSError as error:
-            raise Unplugged(errno.errorcode.get(error.errno or 0, str(error))) from None
-        batch = named((event.type, event.code, event.value) for event in events)
-        newest = newest_ns((event.sec, event.usec) for event in events)
-        age = None if newest is None else max(time.monotonic_ns() - newest, 0)
-        return (self._state(levels), age) if batch.dropped else (batch.readings, age)
+        return events
 
     def _state(self, levels: Mapping[str, float]) -> Readings:
         axes = {code: self._device.absinfo(code).value for code in self.ends}

@@ -23,8 +23,17 @@ Open = Callable[[Node], WheelDevice]
 
 
 def wanted_nodes(seen: tuple[Node, ...], saved: Saved) -> tuple[Node, ...]:
-    """Those of the devices that are steering wheels of ours: known or calibrated, with an axis at all."""
-    return tuple(node for node in seen if node.axes and (node.id in KNOWN or (node.id, EVDEV) in saved))
+    """Those of the devices that are steering wheels of ours: known or calibrated, and with every axis that is driven with.
+    A wheel may show further devices of the same name, for its keys."""
+    return tuple(node for node in seen if (axes := _needed(node.id, saved)) and axes <= node.axes)
+
+
+def _needed(identity: str, saved: Saved) -> frozenset[int]:
+    profile = saved.get((identity, EVDEV)) or (through_evdev(KNOWN[identity]) if identity in KNOWN else None)
+    if profile is None:
+        return frozenset()
+    inputs = (profile.steering.axis, profile.throttle.axis, profile.brake.axis)
+    return frozenset(int(each.removeprefix("axis ")) for each in inputs if each.startswith("axis"))
 
 
 def profile_for(node: Node, saved: Saved, ends: Mapping[int, Ends]) -> Profile:
@@ -83,6 +92,7 @@ class Finder:
         for node in wanted_nodes(seen, self._saved):
             known = self._devices.get(node.path)
             if known is not None and not known.unplugged:
+                note = f"{known.name}: its forces have ended; plug it in again" if known.forces_ended else note
                 continue
             try:
                 device = self._open(node)

@@ -13,7 +13,7 @@ from tower.window.drive_log import DriveLog
 from tower.window.forecast import Minute, forecast
 from tower.window.forecast import add as add_second
 from tower.window.hud import Hud
-from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, next_input, next_window_keys, released
+from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, followed, next_input, next_window_keys, released
 from tower.window.looks import known_mode
 from tower.window.picture_age import PictureSeen, PictureState, age_ns, picture_state, see
 from tower.window.picture_layout import FRONT, SHOWN
@@ -29,7 +29,7 @@ from tower.window.views import ViewModel
 from wire.clock import Clock
 from wire.latest import Latest
 from wire.messages.base import Message
-from wire.messages.operating import OperatorInput, ShownFrame, WindowStatus
+from wire.messages.operating import OperatorInput, OperatorStatus, ShownFrame, WindowStatus
 from wire.messages.vehicle import Mode
 from wire.rear_view import is_rear_asked_for, is_rear_wanted
 from wire.road import Road
@@ -147,7 +147,7 @@ class DisplayLoop:
         self._input = next_input(
             self._screen.held(),
             presses,
-            self._input,
+            followed(self._input, self._operator_now(now_ns)),
             focus=self._screen.focus,
             standing=self._is_standing(now_ns),
             now_ns=now_ns,
@@ -157,6 +157,10 @@ class DisplayLoop:
         self._screen.show_full(self._keys.full_screen)
         if self._replay is None:  # nobody drives a recording
             self._link.publish("operator_input", self._input)
+
+    def _operator_now(self, now_ns: int) -> OperatorStatus | None:
+        said = self._levels["operator_status"].get()
+        return said.message if said is not None and now_ns - said.received_ns < _STANDING_KNOWN_NS else None
 
     def _is_standing(self, now_ns: int) -> bool:
         state = self._levels["vehicle_state"].get()

@@ -4,6 +4,7 @@ A wheel that the cockpit reads through evdev is left to it. A device that is no 
 calibrated, is left alone: its axes could be anything.
 """
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,6 +19,8 @@ from tower.devices.sdl_events import JOYSTICK_EVENTS, identity, readings
 from tower.devices.store import Saved
 from tower.devices.switches import Control
 from tower.window.sticks import Hands, honest, of_stick
+
+log = logging.getLogger(__name__)
 
 
 def is_the_cockpits(identity_: str, saved: Saved) -> bool:
@@ -77,6 +80,8 @@ class Joysticks:
         joystick = pygame.joystick.Joystick(index)
         number, who = joystick.get_instance_id(), identity(joystick.get_guid())
         profile = None if number in self._opened or is_the_cockpits(who, self._saved) else self._profile(index, joystick, who)
+        if profile is None and number not in self._opened and not is_the_cockpits(who, self._saved):
+            log.warning("%s (%s) is not known: tower devices calibrate", joystick.get_name(), who)
         if profile is not None:
             taken = {opened.name for opened in self._opened.values()}
             self._opened[number] = Opened(joystick, profile, named(profile, taken))

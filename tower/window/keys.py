@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import msgspec
 
 from tower.devices.switches import Control, changes
-from tower.window.sticks import Hands, in_use, of_keys, touches, without_focus
+from tower.window.sticks import Hands, in_use, of_keys, touches, was_touched, without_focus
 from wire.messages.base import Gear, Indicators
-from wire.messages.operating import OperatorInput
+from wire.messages.operating import OperatorInput, OperatorStatus
 
-__all__ = ["BINDINGS", "Binding", "Control", "WindowKeys", "next_input", "next_window_keys", "released"]
+__all__ = ["BINDINGS", "Binding", "Control", "WindowKeys", "followed", "next_input", "next_window_keys", "released"]
 
 SHIFT_BELOW_M_S = 0.3  # architecture: gears change below it
 QUIT_WITHIN_NS = 2_000_000_000  # ours: a second Esc within it quits
@@ -119,6 +119,21 @@ def next_input(
         brake=now.brake,
         dead_man=now.dead_man,
         horn=now.horn or (focus and any(hands.horn for hands in (of_keys(held), *sticks))),
+    )
+
+
+def followed(previous: OperatorInput, operator: OperatorStatus | None) -> OperatorInput:
+    """The input with gear, lights and wipers as another device has them that is in use, so that they do not jump when this
+    one is touched. operator: the cockpit's status if it is fresh."""
+    if operator is None or operator.device == previous.device or was_touched(previous):
+        return previous
+    return msgspec.structs.replace(
+        previous,
+        gear=operator.gear,
+        indicators=operator.indicators,
+        hazard=operator.hazard,
+        lights=operator.lights,
+        wipers=operator.wipers,
     )
 
 

@@ -95,11 +95,11 @@ def without_focus(hands: Hands) -> Hands:
 
 def touches(hands: Hands, previous: OperatorInput) -> int:
     """Counts each touch after all had been let go, and each by another device."""
-    before = previous.device == hands.device and _was_touched(previous)
+    before = previous.device == hands.device and was_touched(previous)
     return previous.touches + (hands.touched and not before)
 
 
-def _was_touched(previous: OperatorInput) -> bool:
+def was_touched(previous: OperatorInput) -> bool:
     if previous.kind is InputKind.KEYBOARD:
         return previous.dead_man or any((previous.steer, previous.throttle, previous.brake))
     pressed = max(previous.throttle, previous.brake) > PEDAL_TOUCHED_FROM
