@@ -14,6 +14,7 @@ from wire.messages.vehicle import GatewayStatus, VehicleState
 from wire.topics import PROGRAMS, Role
 
 FEEDBACK_OLD_MS = 200.0  # the car tells how it moves every 10 ms
+NO_CAP_M_S = 100.0  # the end of the message's range: nobody drives whom a cap would hold
 NEEDED = (Role.VEHICLE_HUB, Role.VIDEO, Role.RECORDER)  # what runs in every car
 
 
@@ -144,7 +145,8 @@ def rows_of(status: Status) -> list[tuple[str, str, bool]]:
 def _speed(status: Status) -> str:
     if status.speed_m_s is None or status.speed_cap_m_s is None:
         return "-"
-    return f"{3.6 * status.speed_m_s:.1f} km/h, at most {3.6 * status.speed_cap_m_s:.0f}"
+    bound = f"at most {3.6 * status.speed_cap_m_s:.0f}" if status.speed_cap_m_s < NO_CAP_M_S else "no bound now"
+    return f"{3.6 * status.speed_m_s:.1f} km/h, {bound}"
 
 
 def _link(status: Status) -> str:
@@ -163,8 +165,8 @@ def _picture(camera: CameraSeen) -> str:
 
 def _lateness(loop: LoopSeen) -> str:
     return (
-        f"{loop.period_ms:g} ms, in the last second {loop.lateness_p50_ms:.1f} ms late usually, {loop.lateness_max_ms:.1f} once; "
-        f"{loop.late_cycles} of {loop.cycles} cycles later than one period; {loop.scheduling}"
+        f"every {loop.period_ms:.3g} ms; in the last second late by {loop.lateness_p50_ms:.1f} ms, at worst "
+        f"{loop.lateness_max_ms:.1f} ms; {loop.late_cycles} of {loop.cycles} cycles later than one period; {loop.scheduling}"
     )
 
 

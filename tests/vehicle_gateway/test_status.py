@@ -116,6 +116,8 @@ def test_everything_at_work_is_told_with_its_figures():
     text = {name: words for name, words, _ in rows_of(told)}
     assert text["speed"] == "18.0 km/h, at most 30"
     assert text["dropped"] == "command epoch 3"
+    standing = replace(HEARD, state=msgspec.structs.replace(STATE, speed_m_s=0.0, speed_cap_m_s=100.0))
+    assert ("speed", "0.0 km/h, no bound now", True) in rows_of(status_from(standing))
 
 
 def test_what_says_nothing_is_silent_and_never_guessed():
