@@ -1,5 +1,7 @@
 """The card above the horizon. Draws a CardView: title, time left, reasons, steps, what to do now."""
 
+from dataclasses import replace
+
 from tower.window.fonts import BOLD, MEDIUM, REGULAR, wrap
 from tower.window.ink import Ink
 from tower.window.looks import BLUE
@@ -25,22 +27,40 @@ def _reason_lines(view: CardView) -> int:
 
 
 def draw_card(ink: Ink, view: CardView) -> None:
+    """The words are drawn once; time and wheel run over them."""
+    still = replace(view, remaining_text="", remaining_share=None if view.remaining_share is None else 1.0, wheel_error_deg=None)
+    ink.layer(_draw_words, still)
+    ink.text(view.remaining_text, _RIGHT, 34, 21, TEXT, MEDIUM, "right", room=210)
+    if view.remaining_share is not None:
+        ink.box(_LEFT, 45, (_RIGHT - _LEFT) * view.remaining_share, 6, TONES[view.tone], 3)
+    if view.wheel_error_deg is not None and view.steps:
+        x = _LEFT + sum(_step_width(ink, step) + 8 for step in view.steps)
+        _draw_alignment(ink, view, x + 6, _steps_y(view) + 4)
+
+
+def _draw_words(ink: Ink, view: CardView) -> None:
     wide, _ = ink.size
     high = card_height(view)
     colour = TONES[view.tone]
     ink.box(0, 0, wide, high, (*PANEL[:3], 232), 16)
     ink.box(0, 14, 5, high - 28, colour, 2.5)
     ink.text(view.title, _LEFT, 34, 23, colour, BOLD, room=370)
-    ink.text(view.remaining_text, _RIGHT, 34, 21, TEXT, MEDIUM, "right", room=210)
     if view.remaining_share is not None:
         ink.box(_LEFT, 45, _RIGHT - _LEFT, 6, TRACK, 3)
-        ink.box(_LEFT, 45, (_RIGHT - _LEFT) * view.remaining_share, 6, colour, 3)
-    y = _draw_reasons(ink, view, 60.0 if view.remaining_share is None else 70.0)
-    y = _draw_steps(ink, view, y)
+    _draw_reasons(ink, view, _reasons_y(view))
+    y = _draw_steps(ink, view, _steps_y(view))
     _draw_action(ink, view, y)
 
 
-def _draw_reasons(ink: Ink, view: CardView, y: float) -> float:
+def _reasons_y(view: CardView) -> float:
+    return 60.0 if view.remaining_share is None else 70.0
+
+
+def _steps_y(view: CardView) -> float:
+    return _reasons_y(view) + _LINE * _reason_lines(view)
+
+
+def _draw_reasons(ink: Ink, view: CardView, y: float) -> None:
     """The first two reasons within the lines there are; how many more there are."""
     left, size_px, row = _LEFT + 104, max(4, round(18 * ink.scale)), 0
     for i, (channel, text) in enumerate(view.reasons[:2]):
@@ -51,7 +71,6 @@ def _draw_reasons(ink: Ink, view: CardView, y: float) -> float:
         for line in wrap(text, size_px, REGULAR, int((_RIGHT - left - (28 if more else 0)) * ink.scale), lines_max):
             ink.text(line, left, y + row * _LINE, 18, TEXT)
             row += 1
-    return y + _LINE * _reason_lines(view)
 
 
 def _draw_steps(ink: Ink, view: CardView, y: float) -> float:
@@ -60,14 +79,16 @@ def _draw_steps(ink: Ink, view: CardView, y: float) -> float:
     x, current = _LEFT, next((i for i, step in enumerate(view.steps) if not step.done), len(view.steps))
     for i, step in enumerate(view.steps):
         x = _draw_step(ink, step, i == current, x, y + 4) + 8
-    if view.wheel_error_deg is not None:
-        _draw_alignment(ink, view, x + 6, y + 4)
     return y + _STEPS
+
+
+def _step_width(ink: Ink, step: Step) -> float:
+    return ink.text_width(step.text, 18, MEDIUM) + 42
 
 
 def _draw_step(ink: Ink, step: Step, current: bool, x: float, y: float) -> float:
     """A pill: full with a tick when done, bright edge when it is next, dim after that. Returns its right end."""
-    wide = ink.text_width(step.text, 18, MEDIUM) + 42
+    wide = _step_width(ink, step)
     fill = _DONE if step.done else TEXT if current else TRACK
     ink.box(x, y - 16, wide, 30, fill, 15)
     on = TEXT if step.done else _DARK if current else DIM

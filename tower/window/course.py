@@ -14,7 +14,8 @@ from math import atan2, cos, sin, tan
 from wire.messages.vehicle import VehicleDescription
 
 XY = tuple[float, float]
-_STEP_M = 0.75  # between points of an edge: an arc of 5 m radius is off by 1.4 cm
+_STEP_M, _STEP_SHARE = 0.75, 0.2  # between points of an edge, or this share of the way so far: far away they stand close
+_SAGITTA_M = 0.015  # how far an arc may lie from its chords
 _STRAIGHT_1_M = 1e-5
 _TURN_MAX_RAD = 1.6  # a path that turns farther leaves the front picture
 KEEP_NS = 1_500_000_000  # nobody drives with a loop older than that
@@ -83,13 +84,22 @@ def strip(begin: Pose, begin_m: float, end_m: float, road_wheel_angle_rad: float
     """
     curvature = tan(road_wheel_angle_rad) / car.wheelbase_m
     end_m = max(begin_m, min(end_m, _TURN_MAX_RAD / max(abs(curvature), 1e-6)))
-    count = max(1, min(round((end_m - begin_m) / _STEP_M), 120))
-    poses = [moved(begin, begin_m + (end_m - begin_m) * i / count, curvature) for i in range(count + 1)]
+    poses = [moved(begin, way, curvature) for way in _ways(begin_m, end_m, curvature)]
     front_m, half_m = car.length_m - car.rear_overhang_m, car.width_m / 2
     inner = 1.0 if curvature >= 0 else -1.0
     swept = tuple(_beside(pose, 0.0, inner * half_m) for pose in poses) + (_beside(poses[-1], front_m, inner * half_m),)
     outer = tuple(_beside(pose, front_m, -inner * half_m) for pose in poses)
     return Strip(left=swept, right=outer) if inner > 0 else Strip(left=outer, right=swept)
+
+
+def _ways(begin_m: float, end_m: float, curvature_1_m: float) -> list[float]:
+    """Distances of travel at which an edge has a point, both ends among them."""
+    longest = max((8 * _SAGITTA_M / max(abs(curvature_1_m), _STRAIGHT_1_M)) ** 0.5, _STEP_M / 2)
+    ways = [begin_m]
+    while ways[-1] < end_m:
+        step = min(max(_STEP_M, _STEP_SHARE * (ways[-1] - begin_m)), longest)
+        ways.append(end_m if ways[-1] + 1.3 * step >= end_m else ways[-1] + step)
+    return ways
 
 
 def _beside(pose: Pose, ahead_m: float, left_m: float) -> XY:
