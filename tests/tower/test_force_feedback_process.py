@@ -50,3 +50,11 @@ def test_a_process_that_is_gone_never_holds_up_the_loop():
     forces.feel(Effects(), now_ns)
     forces.close()
     assert longest < 1.0
+
+
+def test_cockpit_window_and_tower_devices_start_where_there_is_no_evdev():
+    """Nothing of it is loaded before a wheel is opened."""
+    modules = "tower.program, tower.cockpit.cockpit, tower.window.joysticks, tower.devices.force_feedback_process"
+    code = f"import sys, {modules}; print('evdev' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert told.stdout.strip().splitlines()[-1] == "False"
