@@ -39,8 +39,7 @@ scenarios: setup
 	$(BIN)/python -m benchmarks.scenarios
 
 bench: setup
-	$(BIN)/python -m benchmarks.video
-	$(BIN)/python -m benchmarks.recorder
+	$(BIN)/python -m benchmarks --json benchmarks/results/figures.json $(ARGS)
 
 format: setup
 	$(BIN)/ruff check --fix --quiet . || true

@@ -20,7 +20,7 @@ def main(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME]...", help=f"{', '.join(BENCHMARKS)}; all by default.")
     ] = None,
-    json: Annotated[Path | None, typer.Option(help="Also write the figures to this file, as a JSON list.")] = None,
+    json: Annotated[Path | None, typer.Option(help="Also write them to this file; what it holds of others stays.")] = None,
 ) -> None:
     """Measure, and tell: a table here, a JSON list in a file. Exit code 1 when something could not be measured."""
     chosen = tuple(names or BENCHMARKS)
@@ -35,8 +35,16 @@ def main(
     console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
     console.print(table_of(figures))
     if json is not None:
-        json.write_bytes(msgspec.json.format(msgspec.json.encode(figures), indent=1) + b"\n")
+        write(json, figures, chosen)
     raise typer.Exit(1 if failed else 0)
+
+
+def write(file: Path, figures: list[Figure], measured: tuple[str, ...]) -> None:
+    """The figures into a JSON list, in place of those that the file holds of the same benchmarks."""
+    held = msgspec.json.decode(file.read_bytes(), type=list[Figure]) if file.exists() else []
+    kept = [each for each in held if each.name not in measured]
+    ordered = sorted((*kept, *figures), key=lambda each: list(BENCHMARKS).index(each.name) if each.name in BENCHMARKS else -1)
+    file.write_bytes(msgspec.json.format(msgspec.json.encode(ordered), indent=1) + b"\n")
 
 
 def measure(names: tuple[str, ...]) -> tuple[list[Figure], bool]:

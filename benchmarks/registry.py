@@ -1,6 +1,6 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-from benchmarks import cycle, recorder, video, wheel_to_can
+from benchmarks import cycle, lateness, recorder, video, wheel_to_can
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
@@ -8,4 +8,5 @@ BENCHMARKS: dict[str, Benchmark] = {
     wheel_to_can.NAME: wheel_to_can.figures,
     video.NAME: video.figures,
     recorder.NAME: recorder.figures,
+    lateness.NAME: lateness.figures,
 }
