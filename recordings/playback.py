@@ -104,7 +104,8 @@ def play(
         player = Player(car, tower)
         tower.on(_WATCHER_SAYS, lambda status, _: player.played.shown.add(status, plan.vehicle_minus_tower_ns))
         programs = [stack.enter_context(Program(folder, "vehicle-gateway", "video", "--played", "--config", str(written)))]
-        lead_ns = lead_for(_seconds_until_heard(car, Waiting(clock, stop, programs)))
+        video_s = _seconds_until_heard(car, Waiting(clock, stop, programs))
+        lead_ns = lead_for(video_s if with_window else LEAD_MAX_S)  # somebody has to type the command
         begin_ns = clock.now_ns() + lead_ns
         written = write_configuration(tables, plan.tower_ns(plan.start_ns) - begin_ns, folder / "window.toml")
         if with_window:
