@@ -152,7 +152,7 @@ TOPICS: dict[str, Topic] = {
         _topic("monitor_step", steps.MonitorStep, 10, R.AUTONOMY, set(), T.BULK, K.EVENT),
         _topic("video", None, 30, R.VIDEO, set(), T.BULK, K.EVENT),
         _topic("played_video", None, 30, R.VEHICLE_HUB, {R.VIDEO}, T.BULK, K.EVENT, recorded=False),  # a recording, played
-        _topic("world_state", sensing.WorldState, 60, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
+        _topic("world_state", sensing.WorldState, 54, R.SIMULATE, {R.VIDEO}, T.STATE, recorded=False),
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
         # both sites
         _topic("car_health", health.LoopHealth, 1, CAR, {R.VIDEO, R.CAR_OBSERVER}, T.STATE, K.EVENT),

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import clean, fit, width, wrap
 from tower.window.forecast import Forecast
-from tower.window.hud import Hud
+from tower.window.hud import Hud, next_turn
 from tower.window.keys import WindowKeys
 from tower.window.looks import LOOKS, NO_LINK, WAITING, Driver
 from tower.window.picture_age import PictureSeen, PictureState
@@ -458,3 +458,12 @@ def test_whatever_valid_messages_arrive_the_window_is_drawn(seen: dict[str, Any]
     pixels = drawn(sights(None, **seen), size)
     assert pixels.shape == (size[1], size[0], 3)
     assert float(pixels[::7, ::7].std()) > 10.0  # something stands there
+
+
+def test_changed_panels_are_drawn_again_in_turn_one_per_picture() -> None:
+    names, turn, drawn_again = ["a", "b", "c"], "", []
+    for _ in range(6):
+        turn = next_turn(turn, names, ["a", "c"])
+        drawn_again.append(turn)
+    assert drawn_again == ["a", "c"] * 3
+    assert next_turn("b", names, []) == "b"

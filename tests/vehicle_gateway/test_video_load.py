@@ -29,7 +29,7 @@ def test_the_sides_have_lost_all_they_can_before_the_front_loses_anything() -> N
         rates.append((permitted_hz(15.0, False, load), permitted_hz(30.0, True, load)))
     assert rates[:2] == [(15.0, 30.0), (10.0, 30.0)]  # one bad second is none
     assert all(side == 5.0 for side, front in rates if front < 30.0)
-    assert rates[-1] == (5.0, 15.0)  # the car allows 200 ms between pictures: 15 Hz leaves room for two lost ones
+    assert rates[-1] == (5.0, 20.0)  # the car allows 200 ms between pictures: 20 Hz leaves room for two lost ones
 
 
 @given(st.lists(st.booleans(), max_size=200))

@@ -209,12 +209,12 @@ def world_at(stamp_ns: int) -> WorldState:
     )
 
 
-def simulated(rate_hz: float = 30.0) -> SimulatedSource:
+def simulated(rate_hz: float = 27.0) -> SimulatedSource:
     return SimulatedSource(PlainRenderer(), 320, 180, rate_hz)
 
 
 def state_ns(number: int) -> int:
-    return 1_000 * MS + number * 16_666_667
+    return 1_000 * MS + number * 18_518_519
 
 
 def numbers_taken(feed: WorldFeed, sources: list[SimulatedSource], numbers: range) -> list[list[int]]:
@@ -230,29 +230,29 @@ def numbers_taken(feed: WorldFeed, sources: list[SimulatedSource], numbers: rang
     return taken
 
 
-def test_a_world_at_60_hz_becomes_a_camera_at_30_hz_with_the_worlds_own_stamps() -> None:
+def test_a_world_at_54_hz_becomes_a_camera_at_27_hz_with_the_worlds_own_stamps() -> None:
     source = simulated()
     assert numbers_taken(WorldFeed([source]), [source], range(60)) == [list(range(0, 60, 2))]
     assert source.skipped == 0
 
 
 def test_no_two_of_three_cameras_want_the_same_state() -> None:
-    sources = [simulated(15.0), simulated(30.0), simulated(15.0)]
+    sources = [simulated(13.5), simulated(27.0), simulated(13.5)]
     taken = numbers_taken(WorldFeed(sources), sources, range(60))
     assert taken == [list(range(1, 60, 4)), list(range(0, 60, 2)), list(range(3, 60, 4))]
 
 
 def test_a_camera_that_has_to_give_way_takes_fewer_and_later_as_many_as_before() -> None:
-    sources = [simulated(30.0), simulated(15.0)]
+    sources = [simulated(27.0), simulated(13.5)]
     feed = WorldFeed(sources)
-    sources[1].limit(7.5)
+    sources[1].limit(6.75)
     assert len(numbers_taken(feed, sources, range(60))[1]) in (7, 8)
-    sources[1].limit(15.0)
+    sources[1].limit(13.5)
     assert len(numbers_taken(feed, sources, range(60, 120))[1]) in (15, 16)
 
 
 def test_states_that_got_lost_cost_no_more_pictures_than_they_held() -> None:
-    source = simulated(15.0)
+    source = simulated(13.5)
     feed = WorldFeed([source])
     taken = []
     for number in (number for number in range(60) if number % 3):  # one in three is lost, also some of the camera's turns

@@ -4,7 +4,8 @@ Draws; decides nothing. Everything is plain surfaces, so a test or a screenshot 
 """
 
 from collections.abc import Callable, Mapping
-from typing import TypeVar
+from dataclasses import replace
+from typing import Any, TypeVar
 
 import pygame
 
@@ -41,6 +42,7 @@ class Hud:
         self._parts: dict[str, tuple[object, pygame.Surface]] = {}
         self._frame: tuple[Look, tuple[tuple[pygame.Surface, Box], ...]] | None = None
         self._pictures = Pictures()
+        self._turn = ""  # of the panels: which was drawn again last
 
     @property
     def text_sizes_px(self) -> frozenset[int]:
@@ -60,9 +62,10 @@ class Hud:
 
     def _layout(self, surface: pygame.Surface, model: ViewModel) -> Layout:
         fresh = layout(*surface.get_size(), {name: view.shape for name, view in model.cameras.items()})
-        if fresh != self._at:
-            self._at, self._frame = fresh, None
+        if self._at is None or replace(fresh, pictures=self._at.pictures) != self._at:
+            self._frame = None
             self._parts.clear()
+        self._at = fresh
         return fresh
 
     def _draw_tags(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
@@ -73,12 +76,20 @@ class Hud:
                 self._blit(surface, f"tag {name}", tag_box(box, at.scale), view.tag, draw_tag)
 
     def _draw_panels(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
-        self._blit(surface, "dial", at.dial, model.dial, draw_dial)
-        self._blit(surface, "controls", at.controls, model.controls, draw_controls)
-        self._blit(surface, "map", at.map, model.map, draw_map)
+        """One changed panel is drawn again per picture, in turn: nobody reads five of them thirty times a second."""
         operator = at.operator._replace(h=max(1, round(operator_height(model.operator) * at.scale)))
-        self._blit(surface, "operator", operator, model.operator, draw_operator)
-        self._blit(surface, "link", at.link, model.link, draw_link)
+        panels: tuple[tuple[str, Box, Any, Callable[[Ink, Any], None]], ...] = (
+            ("dial", at.dial, model.dial, draw_dial),
+            ("controls", at.controls, model.controls, draw_controls),
+            ("map", at.map, model.map, draw_map),
+            ("operator", operator, model.operator, draw_operator),
+            ("link", at.link, model.link, draw_link),
+        )
+        changed = [name for name, _, view, _ in panels if name in self._parts and self._parts[name][0] != view]
+        self._turn = next_turn(self._turn, [name for name, *_ in panels], changed)
+        for name, box, view, draw in panels:
+            waits = name in changed and name != self._turn
+            self._blit(surface, name, box, self._parts[name][0] if waits else view, draw)
 
     def _draw_overlays(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
         if model.picture.title:
@@ -117,6 +128,12 @@ class Hud:
             draw(Ink(fresh, _scale(self._at), self._type), view)
             kept = self._parts[name] = (view, fresh)
         surface.blit(kept[1], (box.x, box.y))
+
+
+def next_turn(last: str, names: list[str], changed: list[str]) -> str:
+    """The first of the changed ones after the last one whose turn it was, round and round; the last one when none has changed."""
+    begin = names.index(last) + 1 if last in names else 0
+    return next((name for name in names[begin:] + names[:begin] if name in changed), last)
 
 
 def _scale(at: Layout | None) -> float:

@@ -45,7 +45,7 @@ from wire.pace import Pace
 from wire.road import Road
 from wire.scenario import find_scenario, read_map, read_scenario
 from wire.settings import WireSettings
-from wire.topics import PROGRAMS, Role
+from wire.topics import PROGRAMS, TOPICS, Role
 
 PERIOD_S = 0.004
 STEP_NS = 1_000_000
@@ -57,7 +57,7 @@ RATES_HZ = {
     "gnss": 10,
     "wheel_speeds": 50,
     "object_list": 10,
-    "world_state": 60,
+    "world_state": round(TOPICS["world_state"].rate_hz),
     "referee": 10,
     "car_health": 1,
 }

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.freshness import Freshness, judge
-from vehicle_gateway.video.load import LATE_PERIODS, is_late
+from vehicle_gateway.video.load import LATE_NS, is_late
 from vehicle_gateway.video.picture import Picture, Source, luma
 from vehicle_gateway.video.sei import stamp_nal
 from wire.clock import Clock
@@ -133,7 +133,7 @@ class CameraLoop:
     def was_late(self, now_ns: int) -> bool:
         """Whether too many pictures of the last second were late or missing. To be asked once a second."""
         recent, skipped = self._last_second(now_ns), self._source.skipped
-        late = sum(each.age_ns > LATE_PERIODS * 1e9 / self.calibration.frame_rate_hz for each in recent)
+        late = sum(each.age_ns > LATE_NS for each in recent)
         missing, self._skipped_before = skipped - self._skipped_before, skipped
         return is_late(len(recent), late, missing)
 

@@ -1,8 +1,8 @@
 """Who gives way when the machine cannot keep up: cameras, the sides first, the required ones last. Pure.
 
 Once a second it is asked whether pictures of a required camera came late or not at all, or a control loop missed deadlines.
-After two such seconds all other cameras take fewer pictures, step by step down to a third; then the required ones, down to a
-half. After five good seconds one step is taken back. Control loops give nothing: they run at a better priority besides.
+After two such seconds all other cameras take fewer pictures, step by step down to a third; then the required ones, down to two
+thirds. After five good seconds one step is taken back. Control loops give nothing: they run at a better priority besides.
 """
 
 from collections.abc import Mapping
@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from wire.messages.health import LoopHealth
 from wire.topics import PROGRAMS, Role
 
-LADDER = ((1.0, 1.0), (2 / 3, 1.0), (1 / 2, 1.0), (1 / 3, 1.0), (1 / 3, 2 / 3), (1 / 3, 1 / 2))  # share: others, required
+LADDER = ((1.0, 1.0), (2 / 3, 1.0), (1 / 2, 1.0), (1 / 3, 1.0), (1 / 3, 2 / 3))  # share of the rate: others, required
 CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # processes whose loops must not wait for a picture
 DOWN_AFTER_S, UP_AFTER_S = 2, 5
-LATE_PERIODS = 1.5  # a picture ready later than so many periods after its capture is late
+LATE_NS = 100_000_000  # ours: half of what the car allows between two pictures; a picture ready so long after its capture is late
 LATE_SHARE = 0.2  # of the pictures of one second
 CONTROL_LATE_SHARE, CONTROL_LATE_LEAST = 0.02, 2  # of the cycles of one second
 

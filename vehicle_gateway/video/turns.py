@@ -1,10 +1,12 @@
 """Which state of the simulated world becomes the next picture of which camera. Pure.
 
-States come at 60 Hz and are numbered by their own time. A camera of 30 Hz takes every second one, one of 15 Hz every fourth;
+States come at 54 Hz and are numbered by their own time. A camera of 27 Hz takes every second one, one of 13.5 Hz every fourth;
 each begins at another number, so that no two cameras want the same state and the work is spread evenly.
 """
 
-STATES_HZ = 60  # wire.topics: world_state
+from wire.topics import TOPICS
+
+STATES_HZ = TOPICS["world_state"].rate_hz
 
 
 def number_of(stamp_ns: int, origin_ns: int) -> int:

@@ -88,7 +88,7 @@ class MovingPerson(Message):
 
 
 class WorldState(Message):
-    """60 Hz truth for the renderer, as a camera sees it. Static things come from the scenario file both read."""
+    """54 Hz truth for the renderer, as a camera sees it. Static things come from the scenario file both read."""
 
     stamp_ns: TimeNs
     car: Pose

@@ -100,20 +100,28 @@ class Sky:
         """
         if end_row <= 0:
             return
-        x, y = _places(view, end_row)
-        soft = max(0, min(end_row, int(view.horizon_px - SHARP_SHARE * view.height_px)))  # above: only clouds
+        grid = _grid(view, end_row)
+        soft = max(0, min(end_row, int(view.horizon_px - SHARP_SHARE * view.height_px))) // 2 * 2  # above: only clouds
+        cloud_map, land_map = _widen(grid, 2, 0, soft, view.width_px), _widen(grid, 1, soft, end_row, view.width_px)
         for first, last, needed in _strips(view.width_px, end_row, sky_to):
             columns = slice(first, last)
-            for rows, way in ((slice(0, min(soft, needed)), cv2.INTER_NEAREST), (slice(soft, needed), cv2.INTER_LINEAR)):
-                if rows.start < rows.stop:
-                    cv2.remap(
-                        self._panorama,
-                        x[rows, columns],
-                        y[rows, columns],
-                        way,
-                        dst=canvas[rows, columns],
-                        borderMode=cv2.BORDER_REPLICATE,
-                    )
+            if soft and needed > 0:
+                self._draw_soft(canvas[:soft, columns], cloud_map, slice(first // 2, last // 2), min(soft, needed))
+            if needed > soft:
+                land = [places[: needed - soft, columns] for places in land_map]
+                self._remap(*land, canvas[soft:needed, columns])
+
+    def _draw_soft(self, target: Picture, halved: tuple[Floats, Floats], columns: slice, needed: int) -> None:
+        """Clouds at half the size, doubled: they were painted at half the size, nothing in them is sharp."""
+        rows = slice(0, (needed + 1) // 2)
+        small = self._remap(*(places[rows, columns] for places in halved))
+        size = ((columns.stop - columns.start) * 2, rows.stop * 2)
+        cv2.resize(small, size, dst=target[: size[1]], interpolation=cv2.INTER_LINEAR)
+
+    def _remap(self, x: Floats, y: Floats, target: Picture | None = None) -> Picture:
+        return np.asarray(
+            cv2.remap(self._panorama, x, y, cv2.INTER_LINEAR, dst=target, borderMode=cv2.BORDER_REPLICATE), dtype=np.uint8
+        )
 
 
 def _strips(width_px: int, end_row: int, sky_to: list[int] | None) -> list[tuple[int, int, int]]:
@@ -130,8 +138,8 @@ def _strips(width_px: int, end_row: int, sky_to: list[int] | None) -> list[tuple
     return strips
 
 
-def _places(view: View, end_row: int) -> tuple[Floats, Floats]:
-    """Panorama coordinates of every pixel: exact on a grid, linear between."""
+def _grid(view: View, end_row: int) -> tuple[Floats, Floats]:
+    """Panorama coordinates on a grid of CELL_PX by ROW_STEP_PX that reaches one half step out of the picture."""
     cells = -(-view.width_px // CELL_PX) + 2, -(-end_row // ROW_STEP_PX) + 2
     a = ((np.arange(cells[0]) - 0.5) * CELL_PX - view.centre_px[0]) / view.focal_px
     b = ((np.arange(cells[1]) - 0.5) * ROW_STEP_PX - view.centre_px[1]) / view.focal_px
@@ -143,10 +151,13 @@ def _places(view: View, end_row: int) -> tuple[Floats, Floats]:
     x = -azimuth * PER_RAD - 0.5
     x += COLUMNS * np.ceil((1.0 - x.min()) / COLUMNS)
     y = np.clip(ROWS - BELOW_ROWS - elevation * PER_RAD - 0.5, 0, ROWS - 1)
-    return _widen(x, end_row, view.width_px), _widen(y, end_row, view.width_px)
+    return x.astype(np.float32), y.astype(np.float32)
 
 
-def _widen(grid: Floats, rows: int, width_px: int) -> Floats:
-    size = (grid.shape[1] * CELL_PX, grid.shape[0] * ROW_STEP_PX)
-    wide = cv2.resize(grid.astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(wide[ROW_STEP_PX : ROW_STEP_PX + rows, CELL_PX : CELL_PX + width_px])
+def _widen(grid: tuple[Floats, Floats], step: int, first: int, last: int, width_px: int) -> tuple[Floats, Floats]:
+    """Panorama coordinates of every step-th pixel of the rows [first, last), linear between the grid's points."""
+    cell, row = CELL_PX // step, ROW_STEP_PX // step
+    size = (grid[0].shape[1] * cell, grid[0].shape[0] * row)
+    rows, columns = slice(row + first // step, row + last // step), slice(cell, cell + width_px // step)
+    x, y = (np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_LINEAR))[rows, columns] for part in grid)
+    return x, y
