@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 from wire.messages.health import LoopHealth
 from wire.messages.operating import DriveCommand, OperatorStatus, WindowStatus
-from wire.messages.sensing import Referee
+from wire.messages.sensing import CameraStatus, Referee
 from wire.messages.vehicle import GatewayCycle, GatewayStatus, Mode, VehicleState
 
 
@@ -60,6 +60,11 @@ class SpeedRow(NamedTuple):
     speed_m_s: float
 
 
+class CameraRow(NamedTuple):
+    log_ns: int
+    status: CameraStatus
+
+
 @dataclass(slots=True)
 class Drive:
     statuses: list[StatusRow] = field(default_factory=list)
@@ -70,6 +75,7 @@ class Drive:
     speeds: list[SpeedRow] = field(default_factory=list)
     referee: list[Referee] = field(default_factory=list)
     health: list[LoopHealth] = field(default_factory=list)
+    cameras: list[CameraRow] = field(default_factory=list)
 
 
 def collect(source: RowSource) -> Drive:
@@ -123,6 +129,10 @@ def _take_health(drive: Drive, _: int, message: LoopHealth) -> None:
     drive.health.append(message)
 
 
+def _take_camera(drive: Drive, log_ns: int, message: CameraStatus) -> None:
+    drive.cameras.append(CameraRow(log_ns, message))
+
+
 _TAKE: dict[str, Callable[[Drive, int, Any], None]] = {
     "gateway_status": _take_status,
     "gateway_cycle": _take_cycle,
@@ -133,4 +143,5 @@ _TAKE: dict[str, Callable[[Drive, int, Any], None]] = {
     "referee": _take_referee,
     "car_health": _take_health,
     "tower_health": _take_health,
+    "camera_status": _take_camera,
 }

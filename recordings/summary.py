@@ -6,7 +6,7 @@ by `recordings info --json`: both are this same computation.
 
 from typing import Protocol
 
-from recordings import summary_counts, summary_latency, summary_loops, summary_modes
+from recordings import summary_cameras, summary_counts, summary_latency, summary_loops, summary_modes
 from recordings.drive import RowSource, collect
 from recordings.summary_latency import Camera, Percentiles, WheelToCan
 from recordings.summary_loops import Load, Loop
@@ -67,7 +67,7 @@ def summarize(recording: Summarizable) -> Summary:
         goal_reached=any(truth.goal_reached for truth in drive.referee) if drive.referee else None,
         gate_interventions=summary_counts.gate_interventions(drive.cycles),
         loop_age_ms=summary_latency.loop_age(drive.cycles),
-        cameras=summary_latency.cameras(drive.shown, drive.offsets),
+        cameras=summary_latency.cameras(drive.shown, drive.offsets, summary_cameras.giving(drive.cameras)),
         command_rate_hz=summary_latency.command_rate_hz(drive.commands),
         wheel_to_can_ms=summary_latency.wheel_to_can(drive.cycles, drive.commands, drive.offsets),
         messages_dropped=summary_counts.messages_dropped(drive.statuses, drive.health),

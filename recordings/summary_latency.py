@@ -5,11 +5,12 @@ Percentiles interpolate linearly between the sorted values, as numpy does.
 """
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from recordings.drive import CommandRow, CycleRow, OffsetRow, ShownRow
+from recordings.summary_cameras import Giving
 from wire.messages.base import Message
 from wire.messages.vehicle import Mode
 
@@ -27,6 +28,9 @@ class Percentiles(Message):
 class Camera(Message):
     fps: float | None  # of the frames that came on screen, from the first to the last of them
     latency_ms: Percentiles | None  # from capture to screen, across the two clocks
+    skipped: int | None = None  # pictures that the car did not take in time
+    reduced_s: float | None = None  # time in which it had to give up frame rate: the machine could not keep up
+    lowest_hz: float | None = None  # the least it might take meanwhile
 
 
 class WheelToCan(Message):
@@ -45,21 +49,34 @@ def loop_age(cycles: Sequence[CycleRow]) -> Percentiles | None:
     )
 
 
-def cameras(shown: Sequence[ShownRow], offsets: Sequence[OffsetRow]) -> dict[str, Camera]:
-    """What came on screen, by camera."""
+def cameras(shown: Sequence[ShownRow], offsets: Sequence[OffsetRow], given: Mapping[str, Giving]) -> dict[str, Camera]:
+    """What came on screen, by camera; `given`: what the car said of it."""
     return {
-        name: _camera([frame for frame in shown if frame.camera == name], offsets)
+        name: _camera([frame for frame in shown if frame.camera == name], offsets, given.get(name))
         for name in sorted({frame.camera for frame in shown})
     }
 
 
-def _camera(frames: Sequence[ShownRow], offsets: Sequence[OffsetRow]) -> Camera:
+def _camera(frames: Sequence[ShownRow], offsets: Sequence[OffsetRow], given: Giving | None) -> Camera:
     latencies = [
         (frame.shown_ns + offset.offset_ns - frame.capture_ns) / _MS
         for frame in frames
         if (offset := _newest(offsets, frame.log_ns)) is not None
     ]
-    return Camera(fps=_rate_hz([frame.shown_ns for frame in frames]), latency_ms=_percentiles(latencies))
+    times = [frame.shown_ns for frame in frames]
+    return Camera(
+        fps=_rate_while_shown_hz(times) if given is not None and given.rests else _rate_hz(times),
+        latency_ms=_percentiles(latencies),
+        skipped=given.skipped if given is not None else None,
+        reduced_s=given.reduced_s if given is not None else None,
+        lowest_hz=given.lowest_hz if given is not None else None,
+    )
+
+
+def _rate_while_shown_hz(times_ns: Sequence[int]) -> float | None:
+    """Of a camera that rests in between: intervals above a second are rests."""
+    steps = [after - before for before, after in zip(times_ns, times_ns[1:], strict=False) if 0 < after - before <= _SECOND_NS]
+    return len(steps) * _SECOND_NS / sum(steps) if steps else None
 
 
 def command_rate_hz(commands: Sequence[CommandRow]) -> float | None:

@@ -65,22 +65,24 @@ def test_a_collision_and_the_goal_are_told_when_they_happen():
     assert (story.elapsed_s, story.collisions, story.goal_reached) == (3.0, 1, True)
 
 
+NOTHING = {
+    "modes_s": {"standby": 1.0},
+    "goal_reached": None,
+    "collisions": None,
+    "takeovers": [{"requested_s": 3.0, "reasons": [], "accepted_s": None, "takeover_time_s": None}],
+    "cameras": {"front": {"fps": None, "latency_ms": None}},
+    "loop_age_ms": None,
+    "wheel_to_can_ms": None,
+    "command_rate_hz": None,
+    "gate_interventions": {},
+    "messages_dropped": {},
+    "loops": {},
+    "load": None,
+}
+
+
 def test_a_figure_that_could_not_be_measured_is_a_dash():
-    nothing = {
-        "modes_s": {"standby": 1.0},
-        "goal_reached": None,
-        "collisions": None,
-        "takeovers": [{"requested_s": 3.0, "reasons": [], "accepted_s": None, "takeover_time_s": None}],
-        "cameras": {"front": {"fps": None, "latency_ms": None}},
-        "loop_age_ms": None,
-        "wheel_to_can_ms": None,
-        "command_rate_hz": None,
-        "gate_interventions": {},
-        "messages_dropped": {},
-        "loops": {},
-        "load": None,
-    }
-    rows = dict(rows_of(nothing))
+    rows = dict(rows_of(NOTHING))
     assert rows["goal"] == rows["collisions"] == rows["control loops"] == rows["other loops"] == rows["CPU"] == "-"
     loops = {
         "autonomy run/drive": {"cycles": 900, "late_cycles": 1, "lateness_max_ms": 3.0, "scheduling": "fifo 10"},
@@ -88,9 +90,16 @@ def test_a_figure_that_could_not_be_measured_is_a_dash():
         "tower window/display": {"cycles": 50, "late_cycles": 25, "lateness_max_ms": 90.0, "scheduling": "other"},
     }
     load = {"cores": 1.234, "stolen_s": {"vehicle-gateway run": 0.5}, "processes": {}}
-    rows = dict(rows_of({**nothing, "loops": loops, "load": load}))
+    rows = dict(rows_of({**NOTHING, "loops": loops, "load": load}))
     assert rows["control loops"] == "5 of 1000 cycles late (0.50 %), at most 42 ms in vehicle-gateway ecu/cycle; fifo 10"
     assert rows["other loops"] == "25 of 50 cycles late (50.00 %), at most 90 ms in tower window/display"
     assert rows["CPU"] == "1.23 cores in the mean, 0.5 s taken away from the machine"
     assert rows["wheel to CAN"] == "- ms"
     assert rows["take-over"] == "asked at 3.0 s, nobody took over"
+
+
+def test_a_camera_that_had_to_give_way_says_for_how_long_and_how_far_down():
+    left = {"fps": 11.2, "latency_ms": None, "skipped": 3, "reduced_s": 12.4, "lowest_hz": 4.5}
+    rows = dict(rows_of({**NOTHING, "cameras": {"left": left, "right": {**left, "reduced_s": 0.0}}}))
+    assert "gave up frame rate for 12 s, down to 4 a second" in rows["camera left"]
+    assert "gave up" not in rows["camera right"]

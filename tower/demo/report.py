@@ -27,10 +27,7 @@ def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("who drove", modes),
     ]
     rows += [row for takeover in summary["takeovers"] for row in _takeover(takeover)]
-    rows += [
-        (f"camera {name}", f"{_figure(camera['fps'], '.1f')} fps, {_spread(camera['latency_ms'])} ms capture to screen")
-        for name, camera in summary["cameras"].items()
-    ]
+    rows += [(f"camera {name}", _camera(camera)) for name, camera in summary["cameras"].items()]
     rows += [
         ("picture to command", f"{_spread(summary['loop_age_ms'])} ms, on the car's own clock"),
         ("wheel to CAN", f"{_spread(summary['wheel_to_can_ms'])} ms"),
@@ -41,6 +38,14 @@ def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("CPU", _load(summary.get("load"))),
     ]
     return rows
+
+
+def _camera(camera: Mapping[str, Any]) -> str:
+    shown = f"{_figure(camera['fps'], '.1f')} fps, {_spread(camera['latency_ms'])} ms capture to screen"
+    if not camera.get("reduced_s"):
+        return shown
+    lowest = _figure(camera.get("lowest_hz"), ".0f")
+    return f"{shown}; gave up frame rate for {camera['reduced_s']:.0f} s, down to {lowest} a second: the machine could not keep up"
 
 
 def _takeover(takeover: Mapping[str, Any]) -> list[tuple[str, str]]:

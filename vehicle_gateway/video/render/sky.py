@@ -108,13 +108,13 @@ class Sky:
             if soft and needed > 0:
                 self._draw_soft(canvas[:soft, columns], cloud_map, slice(first // 2, last // 2), min(soft, needed))
             if needed > soft:
-                land = [places[: needed - soft, columns] for places in land_map]
-                self._remap(*land, canvas[soft:needed, columns])
+                rows = slice(0, needed - soft)
+                self._remap(land_map[0][rows, columns], land_map[1][rows, columns], canvas[soft:needed, columns])
 
     def _draw_soft(self, target: Picture, halved: tuple[Floats, Floats], columns: slice, needed: int) -> None:
         """Clouds at half the size, doubled: they were painted at half the size, nothing in them is sharp."""
         rows = slice(0, (needed + 1) // 2)
-        small = self._remap(*(places[rows, columns] for places in halved))
+        small = self._remap(halved[0][rows, columns], halved[1][rows, columns])
         size = ((columns.stop - columns.start) * 2, rows.stop * 2)
         cv2.resize(small, size, dst=target[: size[1]], interpolation=cv2.INTER_LINEAR)
 
@@ -159,5 +159,5 @@ def _widen(grid: tuple[Floats, Floats], step: int, first: int, last: int, width_
     cell, row = CELL_PX // step, ROW_STEP_PX // step
     size = (grid[0].shape[1] * cell, grid[0].shape[0] * row)
     rows, columns = slice(row + first // step, row + last // step), slice(cell, cell + width_px // step)
-    x, y = (np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_LINEAR))[rows, columns] for part in grid)
+    x, y = (np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_LINEAR), np.float32)[rows, columns] for part in grid)
     return x, y
