@@ -42,7 +42,7 @@ def draw_tag(ink: Ink, text: str) -> None:
     """FROZEN or NO PICTURE over one camera's picture."""
     wide, high = ink.size
     ink.box(0, 0, wide, high, (*_BLACK[:3], 236), 6)
-    ink.text(text, wide / 2, high / 2 + 6, 17, _AMBER, BOLD, "centre", room=wide - 10)
+    ink.text(text, wide / 2, high / 2 + 7, 18, _AMBER, BOLD, "centre", room=wide - 10)
 
 
 def draw_toast(ink: Ink, text: str) -> None:
