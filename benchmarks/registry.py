@@ -1,6 +1,6 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-from benchmarks import cycle, lateness, recorder, video, wheel_to_can
+from benchmarks import cycle, lateness, recorder, video, wheel_to_can, window_draw
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
@@ -9,4 +9,5 @@ BENCHMARKS: dict[str, Benchmark] = {
     video.NAME: video.figures,
     recorder.NAME: recorder.figures,
     lateness.NAME: lateness.figures,
+    window_draw.NAME: window_draw.figures,
 }

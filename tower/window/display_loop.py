@@ -116,14 +116,14 @@ class DisplayLoop:
         """Look at everything once; draw when there is something new or it is time. True: the operator quits."""
         self._read_keys(now_ns)
         frames = self._newest(now_ns)
-        front = frames.get(FRONT)
-        if front is not None and front.capture_ns != self._shown_capture_ns.get(FRONT) and self._ring.is_due(now_ns):
-            self._ring.keep(front.pixels(None, (WIDE_PX, HIGH_PX)), now_ns)
+        front, before_ns = frames.get(FRONT), self._shown_capture_ns.get(FRONT)
         self._learn(now_ns)
         if self._is_due(frames, now_ns):
             model = self._draw(frames, now_ns)
             self._report({name: frame for name, frame in frames.items() if name in model.cameras}, model)
             self._follow(model, now_ns)
+        if front is not None and front.capture_ns != before_ns and self._ring.is_due(now_ns):  # once it stands on the screen
+            self._ring.keep(front.pixels(None, (WIDE_PX, HIGH_PX)), now_ns)
         return self._keys.quit
 
     def _newest(self, now_ns: int) -> dict[str, Frame]:

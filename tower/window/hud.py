@@ -19,7 +19,7 @@ from tower.window.end_screen import draw_end
 from tower.window.fonts import Type
 from tower.window.frame import frame_strips
 from tower.window.ink import Ink
-from tower.window.layout import Box, Layout, layout
+from tower.window.layout import DESIGN_H, DESIGN_W, Box, Layout, layout
 from tower.window.looks import Look
 from tower.window.map_view import draw_map
 from tower.window.overlays import draw_help, draw_picture_state, draw_tag, draw_toast, tag_box
@@ -47,6 +47,11 @@ class Hud:
     @property
     def text_sizes_px(self) -> frozenset[int]:
         return self._type.sizes_px
+
+    @property
+    def at(self) -> Layout:
+        """Where everything stood when it was drawn last; of the design's own size before."""
+        return self._at if self._at is not None else layout(round(DESIGN_W), round(DESIGN_H))
 
     def draw(self, surface: pygame.Surface, frames: Mapping[str, Frame], model: ViewModel) -> None:
         """Everything, bottom to top, onto the window's surface."""
