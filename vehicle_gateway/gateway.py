@@ -20,7 +20,7 @@ from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
 from vehicle_gateway.journal import Entry, Journal
 from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file, recall
 from vehicle_gateway.reports import status_of, vehicle_state_of
-from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.settings import VehicleGatewaySettings, refuse_on_a_road
 from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
@@ -52,6 +52,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     )
     wire: WireSettings = sections["wire"]
     settings: VehicleGatewaySettings = sections["vehicle_gateway"]
+    refuse_on_a_road(settings, wire.link.accepts_script)
     frames = read_layouts(settings.can.dbc)
     link_settings = override(wire.link, "", connect, listen)
     file = Path(settings.memory) if settings.memory else default_file(wire.link.vehicle_id)

@@ -4,6 +4,7 @@ from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.simulation.settings import SimulationSettings
 from vehicle_gateway.state import GatewayLimits
 from vehicle_gateway.video.settings import VideoSettings
+from wire.configuration import ConfigurationError
 from wire.messages.base import Message, Text
 
 
@@ -13,3 +14,28 @@ class VehicleGatewaySettings(Message):
     can: CanSettings = CanSettings()
     video: VideoSettings = VideoSettings()
     simulation: SimulationSettings = SimulationSettings()
+
+
+def is_really_there(settings: VehicleGatewaySettings) -> bool:
+    """Whether this is a car on a road: no scenario stands in for its world."""
+    return not settings.simulation.scenario
+
+
+def refuse_on_a_road(settings: VehicleGatewaySettings, accepts_script: bool) -> None:
+    """What no car that is really there may be started with. Raises ConfigurationError."""
+    refused = (
+        (accepts_script, "[wire.link] accepts_script = true: no program may operate it; set it to false"),
+        (
+            settings.limits.authority.engage_autonomously,
+            "[vehicle_gateway.limits.authority] engage_autonomously = true: it must not set off by itself; set it to false",
+        ),
+    )
+    for wrong, text in refused:
+        if wrong and is_really_there(settings):
+            raise ConfigurationError(f"a car without a scenario is really there, and {text}")
+
+
+def refuse_beside_a_car(settings: VehicleGatewaySettings) -> None:
+    """For what stands in for a car: two ECUs on one bus would both answer. Raises ConfigurationError."""
+    if is_really_there(settings):
+        raise ConfigurationError("[vehicle_gateway.simulation] no scenario: this car is really there; nothing is simulated here")

@@ -1,5 +1,6 @@
 """Every check holds on both shipped configurations, and each one fails when the one thing that it guards is broken."""
 
+import threading
 from dataclasses import is_dataclass, replace
 from pathlib import Path
 
@@ -7,11 +8,13 @@ import msgspec
 import pytest
 from rich.console import Console
 
+from vehicle_gateway import gateway
 from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.check.facts import Facts, Surroundings, Verdict
 from vehicle_gateway.check.program import INCONSISTENT, facts_of, read_every_section, run, table_of
 from vehicle_gateway.check.table import check, is_consistent
-from wire.configuration import shipped
+from vehicle_gateway.simulation import ecu, simulate
+from wire.configuration import ConfigurationError, shipped
 
 AROUND = Surroundings(
     can_interfaces=frozenset({"can0"}),
@@ -160,6 +163,28 @@ def test_what_a_simulated_car_may_a_real_one_may_not(car):
 def test_a_folder_of_another_machine_is_looked_at_and_an_incomplete_one_is_wrong(car):
     absent = changed(changed(car, "around.certificates_problem", "no such certificate"), "around.certificates_folder", False)
     assert broken(check(absent)) == {"certificates": Verdict.WARNING}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("accepts_script = false", "accepts_script = true", "accepts_script = true: no program may operate it; set it to false"),
+        ("engage_autonomously = false", "engage_autonomously = true", "engage_autonomously = true: it must not set off by itself"),
+    ],
+)
+def test_the_gateway_itself_refuses_to_start_on_a_road_with_what_only_a_simulation_may(tmp_path, before, after, said):
+    text = shipped("example_car.toml").read_text().replace("/var/lib/remote-operation-tower", str(tmp_path))
+    assert before in text
+    (tmp_path / "car.toml").write_text(text.replace(before, after))
+    with pytest.raises(ConfigurationError, match=said):
+        gateway.run(tmp_path / "car.toml", threading.Event())
+    assert not (tmp_path / "memory.json").exists(), "before it touches anything"
+
+
+@pytest.mark.parametrize("program", [ecu, simulate])
+def test_nothing_simulated_starts_beside_a_car_that_is_really_there(program):
+    with pytest.raises(ConfigurationError, match="no scenario: this car is really there"):
+        program.run(shipped("example_car.toml"), threading.Event())
 
 
 def dbc(folder: Path, *changes: tuple[str, str]) -> Path:

@@ -8,7 +8,7 @@ from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.configuration import ROOMS, ConfigurationError, read_sections, read_toml, shipped
 from wire.messages.automation import RoadMap
 from wire.messages.vehicle import VehicleDescription
-from wire.scenario import Scenario, read_map, read_scenario
+from wire.scenario import Scenario, find_scenario, read_map, read_scenario
 from wire.settings import WireSettings
 
 SECTIONS = {"wire": WireSettings, "vehicle_gateway": VehicleGatewaySettings}
@@ -126,3 +126,10 @@ def test_a_map_with_a_wrong_side_names_the_key(tmp_path: Path):
     text = shipped("maps", "bend.toml").read_text(encoding="utf-8").replace('"right"', '"middle"')
     with pytest.raises(ConfigurationError, match="drives_on"):
         read_toml(written(tmp_path, text), RoadMap)
+
+
+def test_no_scenario_is_a_car_that_is_not_simulated_and_an_unknown_one_lists_what_there_is():
+    with pytest.raises(ConfigurationError, match="of a car that is not simulated; shipped scenarios: closed_road"):
+        find_scenario("")
+    with pytest.raises(ConfigurationError, match="scenario 'nowhere': no such file; shipped scenarios: closed_road"):
+        find_scenario("nowhere")

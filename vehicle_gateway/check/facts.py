@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from vehicle_gateway.can.layout import Layout
-from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.settings import VehicleGatewaySettings, is_really_there
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.settings import WireSettings
 
@@ -37,7 +37,7 @@ class Facts:
     @property
     def is_driven_by_its_own_sensors(self) -> bool:
         """A car that is really there: no scenario stands in for its world."""
-        return not self.gateway.simulation.scenario
+        return is_really_there(self.gateway)
 
     @property
     def front_m(self) -> float:

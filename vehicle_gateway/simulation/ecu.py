@@ -22,7 +22,7 @@ from vehicle_gateway.can.ecu_codec import (
 )
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.health_codec import LOOP, SHIPPED
-from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.settings import VehicleGatewaySettings, refuse_beside_a_car
 from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
 from wire.clock import Clock
 from wire.configuration import read_sections
@@ -41,6 +41,7 @@ def run(config: Path, stop: threading.Event) -> int:
     read = read_sections(config, {"wire": WireSettings, "vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings})
     priority = read["wire"].pace.fifo_priority
     gateway: VehicleGatewaySettings = read["vehicle_gateway"]
+    refuse_beside_a_car(gateway)
     clock = Clock()
     with ExitStack() as stack:
         ecu = Ecu(gateway.simulation.ecu)

@@ -21,7 +21,7 @@ from vehicle_gateway.can.actuator_codec import (
 )
 from vehicle_gateway.can.bus import Bus, open_bus
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.settings import VehicleGatewaySettings, refuse_beside_a_car
 from vehicle_gateway.simulation import referee, sensors
 from vehicle_gateway.simulation.outbox import Outbox
 from vehicle_gateway.simulation.powertrain import wheel_speeds_m_s
@@ -68,6 +68,7 @@ def run(config: Path, stop: threading.Event) -> int:
     read = read_sections(config, {"wire": WireSettings, "vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings})
     wire: WireSettings = read["wire"]
     gateway: VehicleGatewaySettings = read["vehicle_gateway"]
+    refuse_beside_a_car(gateway)
     clock, demands = Clock(), Demands()
     with (
         _referee_log(wire.session.folder) as log,
