@@ -61,7 +61,7 @@ def ensure_tools() -> None:
     absent = sorted({package for program, package in TOOLS.items() if shutil.which(program) is None})
     if not absent:
         return
-    fix = "install it: apt-get install --no-install-recommends " + " ".join(absent)
+    fix = "programs are missing; install them: apt-get install --no-install-recommends " + " ".join(absent)
     if os.geteuid() != 0 or shutil.which("apt-get") is None:
         raise Missing(fix)
     print("installing", *absent, flush=True)
@@ -126,7 +126,7 @@ def release() -> str:
 
 def write_initramfs(arguments: list[str]) -> Path:
     """busybox, the modules that reach the host's files, and init.sh, in cpio's newc format; anew each time: 1.5 MB."""
-    (modules := LINUX / "lib/modules" / release()).resolve(strict=True)
+    modules = LINUX / "lib/modules" / release()
     files = {
         "init": (HERE / "init.sh").read_bytes(),
         "bin/busybox": Path(shutil.which("busybox") or "").read_bytes(),
@@ -200,11 +200,12 @@ def relay(lines: Iterable[str]) -> int | None:
 
 
 def _qemu(initramfs: Path) -> list[str]:
+    processors = min(max(os.cpu_count() or 2, 2), 4)
     return [
-        *("qemu-system-x86_64", "-M", "pc", "-accel", "tcg,thread=multi,tb-size=512", "-cpu", "max", "-smp", "2", "-m", "2G"),
-        *("-nographic", "-no-reboot", "-nodefaults", "-serial", "stdio", "-device", "virtio-rng-pci"),
+        *f"qemu-system-x86_64 -M pc -accel tcg,thread=multi,tb-size=512 -cpu max -smp {processors} -m 2G".split(),
+        *["-nographic", "-no-reboot", "-nodefaults", "-serial", "stdio", "-device", "virtio-rng-pci"],
+        *["-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap"],
         *("-kernel", str(LINUX / "boot" / f"vmlinuz-{release()}"), "-initrd", str(initramfs), "-append", COMMAND_LINE),
-        *("-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap"),
     ]
 
 
