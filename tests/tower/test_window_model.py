@@ -249,7 +249,7 @@ def test_old_figures_are_not_shown() -> None:
     model = view_model(sights(status(Mode.REMOTE), state=heard(state(), 400.0), operator=heard(operator(), 1500.0)))
     assert not model.dial.fresh
     assert not model.controls.fresh
-    assert model.operator.lease == "The cockpit does not answer"
+    assert model.operator.lease == "It does not answer"
 
 
 def test_a_frozen_picture_says_so_with_its_age() -> None:

@@ -55,7 +55,7 @@ def _stop(operator: OperatorStatus | None, mode: Mode | None) -> CardView | None
             title="STOP NOT CONFIRMED",
             tone=Tone.BAD,
             action="Press Space again",
-            note="The car has not answered. Commands have ended: without them it stops by itself.",
+            note="Commands have ended: without them the car stops by itself",
         )
     if state == "confirmed" and mode in _STOPPING:
         return CardView(

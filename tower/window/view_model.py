@@ -241,7 +241,7 @@ def _operator(sights: Sights) -> OperatorView:
     operator = sights.fresh_operator
     if operator is None:
         return OperatorView(
-            name="Cockpit", lease="The cockpit does not answer", lease_tone=Tone.BAD, dead_man=False, dead_man_text="", note=""
+            name="Cockpit", lease="It does not answer", lease_tone=Tone.BAD, dead_man=False, dead_man_text="", note=""
         )
     known = sights.status is not None and known_mode(sights.status, sights.now_ns) is not None
     lease, tone = _lease(sights.status.message, operator) if sights.status is not None and known else ("Lease unknown", Tone.WARN)

@@ -20,10 +20,10 @@ def dead_man_name(device: str) -> str:
 
 
 def milliseconds(value: float | None) -> str:
-    """ "84 ms", above two seconds "2.4 s", unknown "-"."""
+    """ "84 ms", from a second on "2.4 s", unknown "-"."""
     if value is None:
         return "–"
-    return f"{value:.0f} ms" if value < 2000 else f"{min(value / 1000, 9999):.1f} s"
+    return f"{value:.0f} ms" if value < 999.5 else f"{min(value / 1000, 9999):.1f} s"
 
 
 def seconds(value: float) -> str:
