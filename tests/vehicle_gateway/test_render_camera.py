@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from vehicle_gateway.simulation.site import object_corners, site_objects
+from vehicle_gateway.video.render.camera import Scene as PaintedScene
 from vehicle_gateway.video.render.camera import SimulatedCamera
 from vehicle_gateway.video.render.paving import DASH_M, GAP_M
 from vehicle_gateway.video.render.projection import project
@@ -96,7 +97,7 @@ class Scene:
 
 @lru_cache(maxsize=12)
 def camera_of(scene: Scene) -> SimulatedCamera:
-    return SimulatedCamera(scene.calibration, CAR, scene.scenario, scene.road)
+    return SimulatedCamera(scene.calibration, CAR, PaintedScene(scene.scenario, scene.road))
 
 
 def pose_at(road: Road, station: float, offset: float, turn: float = 0.0) -> Pose:
@@ -343,7 +344,7 @@ def test_the_same_state_gives_the_same_picture_also_from_a_second_camera() -> No
     scene = Scene()
     state = world(pose_at(scene.road, 12.0, -1.75), (person_at(*scene.road.to_world(22.0, 4.8)[:2]),))
     once, twice = camera_of(scene).render(state), camera_of(scene).render(state)
-    other = SimulatedCamera(scene.calibration, CAR, scene.scenario, scene.road).render(state)
+    other = SimulatedCamera(scene.calibration, CAR, PaintedScene(scene.scenario, scene.road)).render(state)
     assert np.array_equal(once, twice) and np.array_equal(once, other)
 
 
@@ -438,3 +439,15 @@ def test_cones_and_barrier_between_bumper_and_camera_are_survived() -> None:
     for station in np.arange(10.0, 33.0, 0.7):
         picture = camera_of(scene).render(world(pose_at(scene.road, float(station), -1.0)))
         assert picture.std() > 3.0
+
+
+def test_two_cameras_that_share_a_scene_see_what_each_would_see_alone() -> None:
+    scene = Scene()
+    left = msgspec.structs.replace(SMALL, name="left", yaw_rad=1.1)
+    state = world(pose_at(scene.road, 12.0, -1.75))
+    painted = PaintedScene(scene.scenario, scene.road)
+    both = [SimulatedCamera(calibration, CAR, painted) for calibration in (SMALL, left)]
+    together = [camera.render(state) for camera in (*both, both[0])]
+    alone = SimulatedCamera(left, CAR, PaintedScene(scene.scenario, scene.road)).render(state)
+    assert np.array_equal(together[1], alone)
+    assert np.array_equal(together[0], together[2])

@@ -39,7 +39,7 @@ def test_the_level_moves_by_single_steps_and_comes_back_after_calm(seconds: list
         before, load = load, after_a_second(load, pressed)
         assert 0 <= load.level < len(LADDER)
         assert load.level - before.level in ((0, 1) if pressed else (0, -1))
-    for _ in range(5 * len(LADDER)):
+    for _ in range(3 * len(LADDER)):
         load = after_a_second(load, pressed=False)
     assert load.level == 0
 

@@ -2,7 +2,7 @@
 
 Once a second it is asked whether pictures of a required camera came late or not at all, or a control loop missed deadlines.
 After two such seconds all other cameras take fewer pictures, step by step down to a third; then the required ones, down to two
-thirds. After five good seconds one step is taken back. Control loops give nothing: they run at a better priority besides.
+thirds. After three good seconds one step is taken back. Control loops give nothing: they run at a better priority besides.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from wire.topics import PROGRAMS, Role
 
 LADDER = ((1.0, 1.0), (2 / 3, 1.0), (1 / 2, 1.0), (1 / 3, 1.0), (1 / 3, 2 / 3))  # share of the rate: others, required
 CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # processes whose loops must not wait for a picture
-DOWN_AFTER_S, UP_AFTER_S = 2, 5
+DOWN_AFTER_S, UP_AFTER_S = 2, 3
 LATE_NS = 100_000_000  # ours: half of what the car allows between two pictures; a picture ready so long after its capture is late
 LATE_SHARE = 0.2  # of the pictures of one second
 CONTROL_LATE_SHARE, CONTROL_LATE_LEAST = 0.02, 2  # of the cycles of one second

@@ -6,12 +6,13 @@ It knows nothing of commands and decides nothing about driving.
 import logging
 import threading
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import cv2
 
 from vehicle_gateway.settings import VehicleGatewaySettings
-from vehicle_gateway.video.render.camera import SimulatedCamera
+from vehicle_gateway.video.render.camera import Scene, SimulatedCamera
 from vehicle_gateway.video.sender import video_sender
 from vehicle_gateway.video.simulated import Renderer
 from vehicle_gateway.video.sources import choose_sources, open_sources
@@ -50,10 +51,11 @@ def run(config: Path, stop: threading.Event) -> int:
 
 
 def _renderers(scenario_name: str, vehicle: VehicleDescription) -> Callable[[CameraCalibration], Renderer]:
-    """Makes the renderer of one simulated camera. The scenario is read when the first is made: a real car has none."""
+    """Makes the renderer of one simulated camera. The scenario is read and painted with the first: a real car has none."""
 
-    def renderer(calibration: CameraCalibration) -> Renderer:
+    @cache
+    def scene() -> Scene:
         scenario, map_path = read_scenario(find_scenario(scenario_name))
-        return SimulatedCamera(calibration, vehicle, scenario, Road(read_map(map_path)))
+        return Scene(scenario, Road(read_map(map_path)))
 
-    return renderer
+    return lambda calibration: SimulatedCamera(calibration, vehicle, scene())

@@ -12,7 +12,7 @@ from math import exp
 import cv2
 import numpy as np
 
-from vehicle_gateway.video.render.projection import Floats, Numbers, Picture, View
+from vehicle_gateway.video.render.projection import Flags, Floats, Numbers, Picture, View
 from vehicle_gateway.video.render.road_frame import RoadFrame
 from vehicle_gateway.video.render.sheet import FINE_M, Reduced, Sheet
 
@@ -82,10 +82,18 @@ class Hidden:
     walls: Numbers  # (cells, 2)
     bonnet_from: Numbers  # (cells,)
 
-    def runs(self, band: Band, width_px: int) -> list[slice]:
-        """The columns of a band that will be seen. Short covered stretches are not worth a cut."""
-        behind_wall = (self.walls[:, 0] <= band.first) & (self.walls[:, 1] >= band.last)
-        open_cells = np.flatnonzero(~(behind_wall | (self.bonnet_from <= band.first)))
+    def runs(self, all_bands: list[Band], width_px: int) -> list[list[slice]]:
+        """Per band the columns that will be seen. Short covered stretches are not worth a cut."""
+        first = np.array([[band.first] for band in all_bands])
+        last = np.array([[band.last] for band in all_bands])
+        behind_wall = (self.walls[:, 0] <= first) & (self.walls[:, 1] >= last)
+        is_open = ~(behind_wall | (self.bonnet_from <= first))
+        return [self._cut(row, width_px) for row in is_open]
+
+    def _cut(self, is_open: Flags, width_px: int) -> list[slice]:
+        if is_open.all():
+            return [slice(0, width_px)]
+        open_cells = np.flatnonzero(is_open)
         if not len(open_cells):
             return []
         cuts = np.flatnonzero(np.diff(open_cells) > SHORTEST_CUT_CELLS)
@@ -109,14 +117,17 @@ class Ground:
         if not all_bands:
             return
         rows, columns = self._places(view, np.concatenate([band.v_px() for band in all_bands]), station_m)
-        for band, texels in zip(all_bands, _footprints(rows, columns, all_bands, self._sheet), strict=True):
+        footprints, seen = _footprints(rows, columns, all_bands, self._sheet), hidden.runs(all_bands, view.width_px)
+        for band, texels, runs in zip(all_bands, footprints, seen, strict=True):
+            if not runs:
+                continue
             i, j, texture = self._reduced.pick(*texels)
             lines = slice(band.at, band.at + band.lines)
             map_x, map_y = (
                 _widen(places[lines] * np.float32(0.5**halvings) - np.float32(0.5), band, view.width_px)
                 for places, halvings in ((columns, j), (rows, i))
             )
-            for run in hidden.runs(band, view.width_px):
+            for run in runs:
                 _sample(canvas[band.first : band.last, run], band, texture, map_x[:, run], map_y[:, run])
         _haze(canvas, view, all_bands)
 
