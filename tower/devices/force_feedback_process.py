@@ -95,7 +95,7 @@ def run(path: str, sign: int, gain: float, uploads_max_1_s: float) -> int:
     try:
         _serve(renderer, sign, uploads_max_1_s, stop, Clock().now_ns)
     except OSError as error:
-        if error.errno != errno.ENODEV:
+        if error.errno != errno.ENODEV and os.path.exists(path):  # an upload under way when it is pulled out: ETIMEDOUT
             print(f"force feedback: {path}: {error.strerror}; the wheel stays without forces", file=sys.stderr)
             return 1
     finally:
