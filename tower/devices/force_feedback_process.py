@@ -95,7 +95,7 @@ def run(path: str, sign: int, gain: float, uploads_max_1_s: float) -> int:
     try:
         _serve(renderer, sign, uploads_max_1_s, stop, Clock().now_ns)
     except OSError as error:
-        if error.errno != errno.ENODEV and os.path.exists(path):  # an upload under way when it is pulled out: ETIMEDOUT
+        if error.errno != errno.ENODEV and not _pipe_ended():  # an upload under way when it is pulled out: ETIMEDOUT
             print(f"force feedback: {path}: {error.strerror}; the wheel stays without forces", file=sys.stderr)
             return 1
     finally:
@@ -118,6 +118,14 @@ def _serve(renderer: Renderer, sign: int, uploads_max_1_s: float, stop: threadin
         uploads, name = effect_words.due(uploads, effect_words.words(wanted, renderer.can, sign), now_ns, uploads_max_1_s)
         if name is not None:
             renderer.upload(name, uploads.sent[name])
+
+
+def _pipe_ended() -> bool:
+    """Whether the cockpit has let go of this wheel: it notices first that one is gone."""
+    while select.select([sys.stdin.fileno()], [], [], 0.0)[0]:
+        if not os.read(sys.stdin.fileno(), 65536):
+            return True
+    return False
 
 
 def newest_packet(data: bytes) -> tuple[Effects | None, bytes]:
