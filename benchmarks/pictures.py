@@ -9,15 +9,26 @@ from typing import Any, NamedTuple
 import av
 import cv2
 import numpy as np
+from msgspec.structs import replace
 
 from vehicle_gateway.video.picture import Picture, from_bgr
 from wire.clock import Clock
 from wire.messages.base import Message
-from wire.messages.vehicle import CameraCalibration
+from wire.messages.vehicle import CameraCalibration, VehicleDescription
+from wire.rear_view import REAR
 
 WARM_UP_S = 3.0
 STEP_PX = 6  # by which the texture moves from one picture to the next
 Cameras = tuple[CameraCalibration, ...]
+SIDES = ("left", "right")
+SIDE = {"required": False, "width_px": 416, "height_px": 360, "frame_rate_hz": 13.5, "focal_length_px": 450.0}
+
+
+def three_cameras(car: VehicleDescription) -> Cameras:
+    """What is sent while the car drives forward; where the configuration has the front alone, with sides of our usual size."""
+    forward = tuple(camera for camera in car.cameras if camera.name != REAR)
+    known = {camera.name for camera in forward}
+    return (*forward, *(replace(forward[0], name=name, **SIDE) for name in SIDES if name not in known))
 
 
 class Measured(NamedTuple):

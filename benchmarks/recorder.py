@@ -22,6 +22,7 @@ from pathlib import Path
 from benchmarks.examples import encode_example
 from benchmarks.figures import Figure, figure
 from benchmarks.machine import cpu_s
+from benchmarks.pictures import three_cameras
 from benchmarks.rig import RigError
 from benchmarks.session import program, running
 from recordings.read import open_recording
@@ -33,7 +34,6 @@ from wire.configuration import read_sections, shipped
 from wire.link import Link, open_link
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.picture import EncodedPicture, pack_picture
-from wire.rear_view import REAR
 from wire.settings import LinkSettings
 from wire.topics import PROGRAMS, TOPICS, Role
 
@@ -44,7 +44,7 @@ REACH_SHARE, REACH_LOST_S = 0.05, 0.2
 GATEWAY_CYCLES_HZ = 170.0  # in a drive: a cycle on every command and on every deadline
 EVENT_HZ = 1.0  # of topics that the table gives no rate
 CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
-CAMERAS = tuple(camera for camera in CAR.cameras if camera.name != REAR)
+CAMERAS = three_cameras(CAR)
 RECORD = "record"
 
 

@@ -16,14 +16,13 @@ import cv2
 
 from benchmarks import stock_vp8
 from benchmarks.figures import Figure, figure, percentile
-from benchmarks.pictures import WARM_UP_S, Cameras, Measured, Meter, PipeLink, SceneSource
+from benchmarks.pictures import WARM_UP_S, Cameras, Measured, Meter, PipeLink, SceneSource, three_cameras
 from tower.video.receiver import VideoReceiver
 from vehicle_gateway.video.sender import video_sender
 from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
 from wire.configuration import read_sections, shipped
 from wire.messages.vehicle import VehicleDescription
-from wire.rear_view import REAR
 
 NAME = "video"
 DURATION_S = 8.0  # of each chain and case
@@ -37,7 +36,7 @@ Receive = Callable[[Connection, Cameras, float], Measured]
 
 def figures() -> Iterator[Figure]:
     """The front camera alone, and all cameras that are sent while the car drives forward."""
-    all_cameras = tuple(camera for camera in CAR.cameras if camera.name != REAR)
+    all_cameras = three_cameras(CAR)
     for cameras in dict.fromkeys((all_cameras[:1], all_cameras)):
         yield from compare(cameras)
 
