@@ -138,8 +138,8 @@ def test_after_a_blackout_no_command_sent_in_it_arrives_but_the_stop_pressed_in_
     lost = min(late)[0] - before - 1
     oldest_ms = max(received - sent for _, sent, received in late) / 1e6
     figure(
-        f"link, blackout of {blackout_s:g} s: {lost} commands lost, {len(stale)} stale ones delivered, oldest afterwards "
-        f"{oldest_ms:.0f} ms; after it the first new one takes {(first_ns - over_ns) / 1e6:.0f} ms, "
+        f"link, blackout of {(over_ns - began_ns) / 1e9:.1f} s: {lost} commands lost, {len(stale)} stale ones delivered, oldest "
+        f"afterwards {oldest_ms:.0f} ms; after it the first new one takes {(first_ns - over_ns) / 1e6:.0f} ms, "
         f"the STOP pressed in it {(ends.stops[stop][1] - over_ns) / 1e6:.0f} ms"
     )
     assert lost > 0.5 * blackout_s / 0.02, "there was no blackout"

@@ -202,7 +202,7 @@ def armed_it_drives_and_the_spring_is_uploaded(drive: Drive, until) -> None:
     press(drive.wheel, ACCEPT)
     until(lambda: drive.mode() is Mode.REMOTE, "the operator drives")
     drive.wheel.do("axis", THROTTLE, FLAT)
-    until(lambda: drive.body.speed_m_s > 1.5, "the car rolls")
+    until(lambda: drive.body.speed_m_s > 3.0, "the car rolls")
     until(lambda: any(coefficient > 0 for coefficient, *_ in drive.wheel.uploads("spring")), "the rim has a spring")
 
 
