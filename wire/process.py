@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from wire import logs
@@ -14,8 +15,23 @@ from wire.link import LinkError, Stopped
 USER_ERROR = 2  # exit code for what the user can fix
 
 
+AUTOGROUP = Path("/proc/self/autogroup")
 BEHIND_CONTROL = 2  # niceness of what draws or records: a control loop beside it goes first
 BEHIND_ALL = 5  # and of what renders and encodes: cameras lose frames before anything else loses time
+
+
+def stand_back(niceness: int) -> None:
+    """Let others go first by so much.
+
+    Where Linux groups processes by session (autogroup, sched(7)), niceness counts inside a session only and every session has
+    the same share: a process that leads its own, as `tower demo` and systemd start them, puts that session back as well.
+    """
+    if niceness == 0 or not hasattr(os, "nice"):
+        return
+    os.nice(niceness)
+    if os.getsid(0) == os.getpid():
+        with suppress(OSError):  # another system, or a kernel without it
+            AUTOGROUP.write_text(str(niceness))
 
 
 def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path, niceness: int = 0) -> int:
@@ -24,8 +40,7 @@ def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path,
     niceness  how far the process stands back when the machine is short of time
     A second signal while stopping ends it at once (exit 130).
     """
-    if niceness and hasattr(os, "nice"):
-        os.nice(niceness)
+    stand_back(niceness)
     stop = threading.Event()
 
     def asked(*_: object) -> None:

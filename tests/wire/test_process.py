@@ -1,6 +1,8 @@
 """The life of a process: asked to stop it stops, what the user can fix is one line, and a second signal ends it at once."""
 
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +12,7 @@ import pytest
 from wire.certificates import CertificateError
 from wire.configuration import ConfigurationError
 from wire.link import LinkError, Stopped
-from wire.process import USER_ERROR, run_until_stopped
+from wire.process import AUTOGROUP, USER_ERROR, run_until_stopped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -71,3 +73,13 @@ def test_the_configuration_named_is_the_one_that_is_run():
     seen = []
     run_until_stopped(lambda config, _: seen.append(config) or 0, Path("a/b.toml"))
     assert seen == [Path("a/b.toml")]
+
+
+@pytest.mark.skipif(not AUTOGROUP.exists(), reason="this kernel does not group processes by session")
+@pytest.mark.parametrize(("own_session", "said"), [(True, "nice 3"), (False, "nice 0")])
+def test_who_stands_back_does_so_with_its_session_and_never_with_somebody_elses(own_session: bool, said: str) -> None:
+    leader = "import subprocess, sys; print(subprocess.run(sys.argv[1:], capture_output=True, text=True).stdout)"
+    child = "from wire.process import AUTOGROUP, stand_back; stand_back(3); print(AUTOGROUP.read_text())"
+    command = [sys.executable, "-c", child] if own_session else [sys.executable, "-c", leader, sys.executable, "-c", child]
+    told = subprocess.run(command, check=True, capture_output=True, text=True, start_new_session=True, timeout=30).stdout.split()
+    assert f"{told[1]} {told[2]}" == said
