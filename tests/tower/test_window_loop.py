@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 import numpy as np
 import pygame
-from msgspec.structs import replace
 
 from tower.window.display_loop import DisplayLoop
 from tower.window.keys import Control
@@ -316,7 +315,6 @@ def test_no_picture_is_kept_of_a_drive_without_the_operator(tmp_path: Path) -> N
 
 def described(stage: Stage) -> VehicleDescription:
     car: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
-    car = replace(car, cameras=tuple(replace(car.cameras[0], name=name) for name in ("front", "left", "right", "rear")))
     stage.link.level("vehicle_description").put(car, stage.now_ns)
     return car
 

@@ -1,6 +1,6 @@
 """Three pictures as one continuous view."""
 
-from math import tan
+from math import atan, cos, pi, tan
 
 import pytest
 from hypothesis import given
@@ -64,3 +64,19 @@ def test_the_mirror_stands_above_the_horizon(size: tuple[int, int]) -> None:
     horizon = boxes["front"].y + (0.5 - front.focal_length_px * tan(front.pitch_rad) / front.height_px) * boxes["front"].h
     assert boxes["rear"].y + boxes["rear"].h <= horizon
     assert boxes["rear"].h >= 0.25 * boxes["front"].h
+
+
+@pytest.mark.parametrize("name", ["left", "right"])
+def test_the_shipped_side_cameras_go_on_where_the_front_one_ends(name: str) -> None:
+    """By the pinhole's own rule, written out: direction, height of the horizon and scale agree at the seam."""
+    front, side = CAMERAS["front"], CAMERAS[name]
+    front_half = atan(front.width_px / 2 / front.focal_length_px)
+    side_half = atan(side.width_px / 2 / side.focal_length_px)
+    assert abs(abs(side.yaw_rad) - side_half - front_half) < 0.01
+    front_scale = front.focal_length_px / cos(front_half) / front.height_px
+    side_scale = side.focal_length_px / cos(side_half) / side.height_px
+    assert abs(side_scale / front_scale - 1) < 0.01
+    rows = [0.5 - camera.focal_length_px * tan(camera.pitch_rad) / camera.height_px for camera in (front, side)]
+    assert abs(rows[0] - rows[1]) < 0.003
+    assert (side.yaw_rad > 0) == (name == "left")
+    assert abs(abs(CAMERAS["rear"].yaw_rad) - pi) < 0.01
