@@ -1,7 +1,7 @@
 """The real link, QUIC with mutual TLS, between two network namespaces under loss, delay, jitter and blackouts (netem).
 
 Two processes with an address each, joined by a pair of interfaces that does in both directions what a test says. The gateway
-would refuse an old command by its age; here it is shown that the link brings none in the first place, and does bring a STOP.
+would refuse an old command by its age; here it is shown that with its default lease the link brings none, and does bring a STOP.
 """
 
 import subprocess
