@@ -213,6 +213,12 @@ def simulated(rate_hz: float = 27.0) -> SimulatedSource:
     return SimulatedSource(PlainRenderer(), 320, 180, rate_hz)
 
 
+def rendered(source: SimulatedSource) -> Picture | None:
+    """What its own thread would do, done here: no test waits for a thread."""
+    source.render(0.0)
+    return source.take(0.0)
+
+
 def state_ns(number: int) -> int:
     return 1_000 * MS + number * 18_518_519
 
@@ -223,7 +229,7 @@ def numbers_taken(feed: WorldFeed, sources: list[SimulatedSource], numbers: rang
     for number in numbers:
         feed.put(world_at(state_ns(number)), received_ns=0)
         for source, mine in zip(sources, taken, strict=True):
-            picture = source.take(0.0)
+            picture = rendered(source)
             if picture is not None:
                 assert picture.capture_ns == state_ns(number)
                 mine.append(number)
@@ -257,7 +263,7 @@ def test_states_that_got_lost_cost_no_more_pictures_than_they_held() -> None:
     taken = []
     for number in (number for number in range(60) if number % 3):  # one in three is lost, also some of the camera's turns
         feed.put(world_at(state_ns(number)), received_ns=0)
-        if source.take(0.0) is not None:
+        if rendered(source) is not None:
             taken.append(number)
     assert 14 <= len(taken) <= 15
 
@@ -267,7 +273,7 @@ def test_a_world_that_begins_anew_is_shown_at_once() -> None:
     feed = WorldFeed([source])
     numbers_taken(feed, [source], range(60))
     feed.put(world_at(5 * MS), received_ns=0)
-    picture = source.take(0.0)
+    picture = rendered(source)
     assert picture is not None
     assert picture.capture_ns == 5 * MS
 
@@ -278,7 +284,7 @@ def test_a_world_that_stops_gives_no_picture_and_a_standing_car_gives_new_ones()
     lumas = []
     for number in (0, 0, 2):
         feed.put(world_at(state_ns(number)), received_ns=0)
-        picture = source.take(0.0)
+        picture = rendered(source)
         lumas.append(plane(picture.frame, 0).copy() if picture else None)
     assert lumas[1] is None
     assert lumas[0] is not None
@@ -293,8 +299,35 @@ def test_pictures_that_the_encoder_was_too_busy_for_are_counted() -> None:
     for number in range(0, 10, 2):
         feed.put(world_at(state_ns(number)), received_ns=0)
         if number in (0, 8):
-            assert source.take(0.0) is not None
+            assert rendered(source) is not None
     assert source.skipped == 3
+
+
+def test_its_own_thread_renders_and_what_goes_wrong_there_reaches_the_camera() -> None:
+    class Broken:
+        def render_planar(self, world: WorldState, out: Bytes) -> None:
+            raise ArithmeticError("no picture of this world")
+
+    with simulated() as source:
+        WorldFeed([source]).put(world_at(state_ns(0)), received_ns=0)
+        picture = source.take(5.0)
+        assert picture is not None
+        assert picture.capture_ns == state_ns(0)
+    with SimulatedSource(Broken(), 320, 180, 27.0) as source:
+        WorldFeed([source]).put(world_at(state_ns(0)), received_ns=0)
+        with pytest.raises(ArithmeticError):
+            for _ in range(50):
+                source.take(0.1)
+
+
+def test_a_camera_that_nobody_wants_renders_nothing_and_skips_nothing() -> None:
+    source = simulated()
+    feed = WorldFeed([source])
+    source.limit(0.0)
+    assert numbers_taken(feed, [source], range(20)) == [[]]
+    assert source.skipped == 0
+    source.limit(27.0)
+    assert len(numbers_taken(feed, [source], range(20, 40))[0]) == 10
 
 
 @given(st.lists(st.booleans(), max_size=60))

@@ -76,9 +76,11 @@ class CameraLoop:
     def _rest(self, halt: threading.Event) -> None:
         """Until somebody wants pictures: nothing is shown again then that was seen before."""
         self._previous = self._previous_ns = None
+        self._source.limit(0.0)
         while not halt.wait(_LOOK_S):
             if self._is_wanted(self._clock.now_ns()):
                 self._source.take(0.0)  # from before
+                self._source.limit(self.rate_hz)
                 return
 
     def limit(self, rate_hz: float) -> None:
@@ -86,7 +88,8 @@ class CameraLoop:
         self.rate_hz = rate_hz
         self._wait_s = max(_REPEAT_AFTER_S, 1.5 / rate_hz)
         self._lateness.period_ns = round(1e9 / rate_hz)
-        self._source.limit(rate_hz)
+        if self._is_wanted(self._clock.now_ns()):
+            self._source.limit(rate_hz)
 
     def step(self, picture: Picture, now_ns: int) -> None:
         """One picture, from the source or once more, to whoever receives them."""

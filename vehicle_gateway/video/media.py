@@ -23,6 +23,7 @@ from wire.messages.vehicle import CameraCalibration
 
 log = logging.getLogger(__name__)
 _OPEN_TIMEOUT_S, _READ_TIMEOUT_S = 5.0, 2.0
+_NEVER_NS = 2**62
 _LIMIT_SHARE = 0.9  # of the period asked for: pictures come with jitter
 _BACK_OFF_FIRST_S, _BACK_OFF_MAX_S = 0.5, 5.0
 _FIX = {
@@ -59,7 +60,8 @@ class MediaSource:
         self._thread.join(timeout=_READ_TIMEOUT_S + 1.0)
 
     def limit(self, rate_hz: float) -> None:
-        self._least_ns = 0 if rate_hz >= self._calibration.frame_rate_hz else round(_LIMIT_SHARE * 1e9 / rate_hz)
+        rests, is_full = rate_hz <= 0, rate_hz >= self._calibration.frame_rate_hz
+        self._least_ns = _NEVER_NS if rests else 0 if is_full else round(_LIMIT_SHARE * 1e9 / rate_hz)
 
     def take(self, timeout_s: float) -> Picture | None:
         return self._slot.take(timeout_s)

@@ -39,7 +39,7 @@ class Source(Protocol):
         """How often the source was lost, since start."""
 
     def limit(self, rate_hz: float) -> None:
-        """No more pictures a second than this from now on: the machine cannot keep up, or can again."""
+        """No more pictures a second than this from now on: the machine cannot keep up, or can again. 0: none, nobody wants them."""
 
     def take(self, timeout_s: float) -> Picture | None:
         """The newest picture not fetched before; None when none came within `timeout_s`."""
@@ -56,8 +56,8 @@ def from_bgr(image: Bytes) -> av.VideoFrame:
 
 
 def planar_frame(planes: Bytes) -> av.VideoFrame:
-    """A frame on (H * 3 / 2, W) planes as they are, without a copy: valid while nobody writes into them."""
-    return av.VideoFrame.from_numpy_buffer(planes, format="yuv420p")
+    """A frame of (H * 3 / 2, W) planes: a copy, so that the next picture can be rendered while this one is encoded."""
+    return av.VideoFrame.from_ndarray(planes, format="yuv420p")
 
 
 def luma(frame: av.VideoFrame) -> Bytes:

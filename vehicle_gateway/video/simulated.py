@@ -7,6 +7,7 @@ pixels, because noise on all of them would cost the encoder more than the whole 
 """
 
 import threading
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Protocol, Self
 
 import numpy as np
@@ -17,6 +18,7 @@ from vehicle_gateway.video.turns import every, first_turns, is_turn, number_of
 from wire.messages.sensing import WorldState
 
 NOISE_STEP_PX = 16  # one noisy pixel in 16 x 16
+_LOOK_S = 0.2  # how often a renderer without work looks whether it is to end
 _BEGAN_ANEW_NS = 1_000_000_000  # a gap or a step back of more than this: another world
 
 
@@ -26,7 +28,10 @@ class Renderer(Protocol):
 
 
 class SimulatedSource:
-    """States come in by `offer` (the link's thread), pictures go out by `take` (the camera's thread, which renders)."""
+    """States come in by `offer` (the link's thread), are rendered on a thread of its own, and go out by `take`.
+
+    The next picture is rendered while the last one is encoded: one after the other would take longer than a period.
+    """
 
     kind, is_camera = "simulated", True
 
@@ -35,43 +40,59 @@ class SimulatedSource:
         self.first_turn = 0
         self.brush: threading.Lock = threading.Lock()  # the feed gives all its cameras the same
         self._renderer = renderer
-        # two: the picture before is repeated while the world stands still
-        self._planes: list[Bytes] = [np.zeros((height_px * 3 // 2, width_px), np.uint8) for _ in range(2)]
+        self._planes: Bytes = np.zeros((height_px * 3 // 2, width_px), np.uint8)
         self._step = every(rate_hz)
-        self._slot: NewestSlot[WorldState] = NewestSlot()
+        self._states: NewestSlot[WorldState] = NewestSlot()
+        self._pictures: NewestSlot[Picture] = NewestSlot()
         self._last: int | None = None
+        self._halt = threading.Event()
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="renderer")
+        self._worker: Future[None] | None = None
         self.losses = 0
 
     @property
     def skipped(self) -> int:
-        return self._slot.replaced
+        return self._states.replaced + self._pictures.replaced
 
     def __enter__(self) -> Self:
+        self._worker = self._pool.submit(self._run)
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing was opened."""
+        self._halt.set()
+        self._pool.shutdown()
 
     def limit(self, rate_hz: float) -> None:
-        self._step = every(min(rate_hz, self.rate_hz))
+        self._step = every(min(rate_hz, self.rate_hz)) if rate_hz > 0 else 0
 
     def offer(self, world: WorldState, number: int | None) -> None:
         """A state of the world with its number; None: the numbers begin anew."""
         if number is None:
             self._last = None
-        elif is_turn(number, self._last, self._step, self.first_turn):
+        elif self._step and is_turn(number, self._last, self._step, self.first_turn):
             self._last = number
-            self._slot.put(world)
+            self._states.put(world)
 
     def take(self, timeout_s: float) -> Picture | None:
-        world = self._slot.take(timeout_s)
-        if world is None:
-            return None
-        self._planes.reverse()
-        planes = self._planes[0]
+        """Raises what the renderer raised: the camera, and with it the program, then ends."""
+        if self._worker is not None and self._worker.done():
+            self._worker.result()
+        return self._pictures.take(timeout_s)
+
+    def _run(self) -> None:
+        while not self._halt.is_set():
+            self.render(_LOOK_S)
+
+    def render(self, timeout_s: float) -> None:
+        """The state that waits, or the next that comes within `timeout_s`, becomes the picture to be fetched."""
+        world = self._states.take(timeout_s)
+        if world is not None:
+            self._pictures.put(self._picture_of(world))
+
+    def _picture_of(self, world: WorldState) -> Picture:
         with self.brush:
-            self._renderer.render_planar(world, planes)
-        frame = planar_frame(planes)
+            self._renderer.render_planar(world, self._planes)
+        frame = planar_frame(self._planes)
         add_read_noise(luma(frame), world.stamp_ns)
         return Picture(frame, world.stamp_ns)
 
