@@ -132,4 +132,6 @@ def dead_camera(state: State, now_ns: int, vehicle: VehicleDescription) -> str:
 def _why_dead(name: str, status: CameraStatus | None, now_ns: int) -> str:
     if status is None or now_ns - status.stamp_ns > CAMERA_STATUS_AGE_MAX_NS:
         return f"camera {name} says nothing"
-    return "" if status.live else f"camera {name} plays a {status.source}: no view of the road ahead"
+    if status.live:
+        return ""
+    return f"camera {name} plays a file: no view of the road ahead" if status.source == "file" else f"camera {name} has no new picture"
