@@ -134,4 +134,4 @@ def _why_dead(name: str, status: CameraStatus | None, now_ns: int) -> str:
         return f"camera {name} says nothing"
     if status.live:
         return ""
-    return f"camera {name} plays a file: no view of the road ahead" if status.source == "file" else f"camera {name} has no new picture"
+    return f"camera {name} " + ("plays a file: no view of the road ahead" if status.source == "file" else "has no new picture")
