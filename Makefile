@@ -7,8 +7,14 @@ BIN := .venv/bin
 demo: setup
 	$(BIN)/tower demo $(ARGS)
 
+# Two at a time, and then the whole drives, one at a time: they need both cores. With ARGS: just that.
 test: setup
+ifdef ARGS
 	$(BIN)/pytest $(ARGS)
+else
+	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/drives
+	$(BIN)/pytest tests/drives
+endif
 
 # Whole drives that take a minute and more each; not part of `make test`.
 drives: setup

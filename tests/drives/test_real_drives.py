@@ -69,7 +69,8 @@ def test_every_loop_of_every_process_told_its_health_and_what_it_cost(finished):
         *(f"vehicle-gateway video/camera {camera['name']}" for camera in cameras),
     }
     assert expected <= summary["loops"].keys()
-    assert all(loop["cycles"] > 100 for name, loop in summary["loops"].items() if name in expected), summary["loops"]
+    steady = expected - {"vehicle-gateway video/camera rear"}  # that one runs only while it is wanted
+    assert all(loop["cycles"] > 100 for name, loop in summary["loops"].items() if name in steady), summary["loops"]
     assert set(summary["load"]["processes"]) >= {name.partition("/")[0] for name in expected}
     assert 0.1 < summary["load"]["cores"] < 8.0
 
