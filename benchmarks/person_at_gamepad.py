@@ -1,11 +1,13 @@
 """Moves a gamepad that SDL itself makes in the window's process, as `benchmarks.person` decides. A shell.
 
-`python person_at_gamepad.py --config FILE` is `tower window` with that gamepad at its side: SDL's virtual joystick lives in one
-process only. It is told where stick, triggers and buttons are over a socket in the session's folder.
+`python person_at_gamepad.py --config FILE` is `tower window` on a display of its own (only a window with the focus is driven) with
+that gamepad at its side: SDL's virtual joystick lives in one process only. It is told where stick, triggers and buttons are over a
+socket in the session's folder.
 """
 
 import argparse
 import json
+import os
 import socket
 import sys
 import threading
@@ -14,6 +16,7 @@ from pathlib import Path
 import pygame
 
 from benchmarks.person import Finger, Hands, Look, Person, on_a_gamepad
+from benchmarks.person_at_keyboard import virtual_display
 from benchmarks.person_looking import looked
 from benchmarks.virtual_gamepad import LEFT_SHOULDER, LEFT_TRIGGER, LEFT_X, RIGHT_TRIGGER, A, VirtualJoystick, X
 from tower.window.window import run
@@ -45,6 +48,8 @@ def _moved(place: Path) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
         heard.bind(str(place))
         first = heard.recv(4096)
+        while not pygame.joystick.get_init():  # plugged in before the window looks, SDL would not announce it
+            first = heard.recv(4096)
         pad = VirtualJoystick()
         for axis in (LEFT_TRIGGER, RIGHT_TRIGGER):
             pad.move(axis, -0.9)  # SDL makes up the first value of an axis: it counts from its first change on
@@ -65,5 +70,9 @@ def _window(config: Path, stop: threading.Event) -> int:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--config", type=Path, required=True)
-    pygame.init()
-    sys.exit(run_until_stopped(_window, parser.parse_args().config, BEHIND_CONTROL))
+    config = parser.parse_args().config
+    os.environ.pop("SDL_VIDEODRIVER", None)
+    with virtual_display() as display:
+        os.environ["DISPLAY"] = display
+        code = run_until_stopped(_window, config, BEHIND_CONTROL)
+    sys.exit(code)

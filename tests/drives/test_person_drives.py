@@ -14,7 +14,6 @@ from wire.configuration import read_sections
 from wire.messages.vehicle import Mode
 from wire.settings import WireSettings
 
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # of the gamepad's window; the keyboard's has a display of its own
 DRIVE_S = 150.0
 MISSING = person_at_keyboard.missing_programs()
 pytestmark = pytest.mark.long
@@ -48,6 +47,7 @@ def test_a_person_with_a_keyboard_brings_the_car_past_the_site_and_to_its_goal(t
     assert who_drove(running.folder)[0] == {"keyboard"}
 
 
+@pytest.mark.skipif(bool(MISSING), reason=f"needs {MISSING}: apt-get install xvfb xdotool")
 def test_a_person_with_a_gamepad_brings_the_car_past_the_site_and_to_its_goal(tmp_path):
     done = threading.Event()
     with driving_with(tmp_path, "closed_road", person_at_gamepad.__file__) as (folder, observer):
