@@ -24,10 +24,11 @@ def wire_of(folder):
 
 
 def who_drove(folder):
-    """Devices whose wheel was the operator's, and the modes of the drive."""
+    """Devices whose wheel was the operator's, and the modes until the goal was reached."""
+    goal_ns = next(said.stamp_ns for said in read_referee(folder) if said.goal_reached)
     with open_recording(folder / "drive.mcap") as recording:
         devices = {told.device for _, told in recording.messages("operator_status") if told.wheel_phase == "active"}
-        return devices, {status.mode for _, status in recording.messages("gateway_status")}
+        return devices, {status.mode for _, status in recording.messages("gateway_status") if status.stamp_ns <= goal_ns}
 
 
 @pytest.mark.skipif(bool(MISSING), reason=f"needs {MISSING}: apt-get install xvfb xdotool")
