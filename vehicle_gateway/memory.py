@@ -1,12 +1,13 @@
 """What the gateway must not forget when it dies: the epoch, a latched stop, that it was engaged, its recent stops.
 
 Epochs are reserved in blocks before the first one of a block is used, so that no grant waits for a disk. A latch is written
-by a thread of its own, for the same reason.
+by a thread of its own, for the same reason, and synced by another: one that follows another closely must not wait for the disk.
 """
 
 import os
 import queue
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -49,10 +50,18 @@ def recall(file: Path) -> Remembered:
 
 def write(file: Path, remembered: Remembered) -> None:
     """Whole or not at all. First so that it outlives this process, which takes microseconds; then, synced, a power cut."""
+    put(file, remembered)
+    sync(file)
+
+
+def put(file: Path, remembered: Remembered) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     new = file.with_suffix(".new")
     new.write_bytes(encode(remembered))
     new.replace(file)
+
+
+def sync(file: Path) -> None:
     for place in (file, file.parent):
         _sync(place)
 
@@ -66,28 +75,40 @@ def _sync(place: Path) -> None:
 
 
 class Memory:
-    """Writes the newest thing to remember on a thread of its own; a context manager that writes the last before it leaves."""
+    """Keeps the newest thing to remember; a context manager that leaves when the last is on disk."""
 
     def __init__(self, file: Path) -> None:
         self._file = file
         self._queue: queue.SimpleQueue[Remembered | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._run, name="memory", daemon=True)
+        self._put: queue.SimpleQueue[bool] = queue.SimpleQueue()  # True: something to sync; False: that was all
+        self._threads = [threading.Thread(target=run, name="memory", daemon=True) for run in (self._write, self._sync)]
         self.failed = 0
 
     def __enter__(self) -> "Memory":
-        self._thread.start()
+        for thread in self._threads:
+            thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._queue.put(None)
-        self._thread.join(timeout=2.0)
+        for thread in self._threads:
+            thread.join(timeout=2.0)
 
     def keep(self, remembered: Remembered) -> None:
         self._queue.put(remembered)
 
-    def _run(self) -> None:
+    def _write(self) -> None:
         while (remembered := self._queue.get()) is not None:
-            try:
-                write(self._file, remembered)
-            except OSError:
-                self.failed += 1
+            self._tried(put, self._file, remembered)
+            self._put.put(True)
+        self._put.put(False)
+
+    def _sync(self) -> None:
+        while self._put.get():
+            self._tried(sync, self._file)
+
+    def _tried(self, work: Callable[..., None], *arguments: object) -> None:
+        try:
+            work(*arguments)
+        except OSError:
+            self.failed += 1
