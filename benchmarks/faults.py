@@ -232,7 +232,7 @@ def main() -> int:
         row = rows[case.name] = measure(case)
         stood = "" if row.stood_m is None else f" after {row.stood_m:.2f} m"
         print(f"{'held ' if row.held else 'BROKE'}  {case.name:36s} {row.text}{stood}", flush=True)
-        save(RESULTS, rows, tuple(each.name for each in (*CASES, *cases)), FORMULA)
+        save(RESULTS, rows, tuple(dict.fromkeys(each.name for each in (*CASES, *cases))), FORMULA)
     broke = [case.name for case in cases if not rows[case.name].held]
     print(f"{len(cases) - len(broke)} of {len(cases)} held" + (f"; the drives of the others: {EVIDENCE}" if broke else ""))
     return 1 if broke else 0
