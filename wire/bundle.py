@@ -16,6 +16,7 @@ from msgspec import Meta
 from wire.authority import common_name, hosts_of, is_issued_by, issue, read_pair
 from wire.certificates import AUTHORITY, CertificateError, authority_of, is_imported, write_pem
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
+from wire.private_file import refusal
 from wire.topics import CAR, TOWER, Role, certificate_names
 
 _SIMULATION = frozenset({Role.SIMULATE, Role.TOWER_SCRIPT})  # a real site needs neither
@@ -68,8 +69,11 @@ def write(bundle: Bundle, file: Path) -> None:
 
 
 def read(file: Path) -> Bundle:
-    """A bundle that is whole, of one authority, and valid now. Raises CertificateError."""
+    """A bundle that nobody else could read, whole, of one authority, and valid now. Raises CertificateError."""
     try:
+        problem = refusal(file)
+        if problem:
+            raise CertificateError(problem)
         with file.open("rb") as stream:
             data = stream.read(_BUNDLE_MAX_BYTES)
         bundle = decoder(Bundle).decode(data)

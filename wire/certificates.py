@@ -2,7 +2,7 @@
 
 `tower certificates` makes them, by itself when there are none. The private key of the authority stays beside them where they
 were made: whoever holds that folder may join, and may issue more. Keys are readable by their owner only. An imported folder
-(`wire.bundle`) holds no such key and is never changed here.
+(`wire.bundle`) holds no such key and is never changed here. A key that others can read is refused (`wire.private_file`).
 """
 
 import os
@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from cryptography import x509
 
 from wire.authority import VALID_DAYS, Pair, common_name, hosts_of, is_issued_by, issue, new_authority, read_pair
+from wire.private_file import refusal
 from wire.topics import Role, certificate_names
 
 AUTHORITY = "authority"
@@ -57,6 +58,7 @@ def check(folder: Path, role: Role, vehicle_id: str) -> None:
     for name in (f"{AUTHORITY}.pem", f"{role}.pem", f"{role}.key"):
         if not (folder / name).is_file():
             raise CertificateError(f"{folder / name}: no such certificate; {fix}")
+    _refuse_exposed(folder, role, AUTHORITY)
     authority, own = _load(folder / f"{AUTHORITY}.pem"), _load(folder / f"{role}.pem")
     now = datetime.now(UTC)
     names = certificate_names(role, vehicle_id)
@@ -133,6 +135,7 @@ def authority_of(folder: Path) -> Pair:
     """Raises CertificateError when this folder holds no authority."""
     if is_imported(folder):
         raise CertificateError(f"{folder}: imported, nothing can be issued here; export on the machine that holds the authority")
+    _refuse_exposed(folder, AUTHORITY)
     try:
         return read_pair((folder / f"{AUTHORITY}.key").read_bytes(), (folder / f"{AUTHORITY}.pem").read_bytes())
     except FileNotFoundError:
@@ -149,6 +152,14 @@ def write_pem(folder: Path, name: str, key_pem: bytes | None, certificate_pem: b
         key_file.chmod(0o600)
         key_file.write_bytes(key_pem)
     (folder / f"{name}.pem").write_bytes(certificate_pem)
+
+
+def _refuse_exposed(folder: Path, *names: str) -> None:
+    """Raises CertificateError when one of these keys is there and not its owner's alone."""
+    for file in (folder / f"{name}.key" for name in names):
+        problem = refusal(file) if file.is_file() else ""
+        if problem:
+            raise CertificateError(problem)
 
 
 def _load(file: Path) -> x509.Certificate:

@@ -5,7 +5,6 @@ or through a VPN. Passwords stand in a file or in the environment, never in the 
 """
 
 import os
-import stat
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -14,6 +13,7 @@ from msgspec import Meta
 
 from wire.configuration import ConfigurationError
 from wire.messages.base import Message, Name, Text
+from wire.private_file import refusal
 
 GATHER_S = 1.0  # for a server's answer; the car's whole answer may take 1.5 s. A server that is silent costs this much per session
 
@@ -73,8 +73,9 @@ def _with_password(server: IceServer) -> Server:
 
 def _from_file(file: Path) -> str:
     try:
-        if stat.S_IMODE(file.stat().st_mode) & 0o077:
-            raise ConfigurationError(f"{file}: others may read this password; run: chmod 600 {file}")
+        problem = refusal(file)
+        if problem:
+            raise ConfigurationError(problem)
         return file.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigurationError(f"[[wire.ice.servers]] password_file {file}: cannot be read: {error}") from None
