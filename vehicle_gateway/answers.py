@@ -105,7 +105,7 @@ def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: Ga
         stop_pressed=state.stop_pressed,
         recent_stops=sum(now_ns - at < 600e9 for at in state.stops),
         dead_camera=dead_camera(state, now_ns, vehicle),
-        picture_ms=picture_ms(state, now_ns, vehicle),
+        picture_ms=picture_ms(state, vehicle),
         picture_max_ms=limits.failsafe.picture_lost_ms,
         command_ms=(now_ns - state.command_ns) / 1e6 if command else NEVER_MS,
         dead_man=command is not None and command.dead_man,

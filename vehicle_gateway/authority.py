@@ -51,7 +51,7 @@ class Source(StrEnum):
     LOCAL = auto()
 
 
-_SHORT = dict(zip(["SB", "AU", "TR", "HO", "RE", "HB", "LD", "SS", "ST", "ES"], Mode, strict=True))
+SHORT = dict(zip(["SB", "AU", "TR", "HO", "RE", "HB", "LD", "SS", "ST", "ES"], Mode, strict=True))
 
 # "." nothing changes, "@" back to the origin of the hand-over, "SS*" only while the autonomy drives during the hand-over
 _TABLE = """
@@ -100,7 +100,7 @@ class Authority(Message):
 
 def _parse(table: str) -> dict[Event, dict[Mode, str]]:
     head, *rows = table.strip().splitlines()
-    modes = [_SHORT[short] for short in head.split()]
+    modes = [SHORT[short] for short in head.split()]
     return {Event[name]: dict(zip(modes, cells, strict=True)) for name, *cells in (row.split() for row in rows)}
 
 
@@ -114,7 +114,7 @@ def next_authority(now: Authority, event: Event) -> Authority:
         cell = "SS" if driving_source(now) is Source.AUTONOMY else "."
     if cell == ".":
         return now
-    mode = now.origin if cell == "@" else _SHORT[cell]
+    mode = now.origin if cell == "@" else SHORT[cell]
     return Authority(mode=mode, origin=now.mode if mode is Mode.HANDING_OVER else mode)
 
 

@@ -10,7 +10,7 @@ from vehicle_gateway.answers import answer_hand_overs, answer_leases
 from vehicle_gateway.authority import IN_ORDER, Event, Source, brakes_held, driving_source, next_authority
 from vehicle_gateway.corridor import pursue, usable
 from vehicle_gateway.events import happened
-from vehicle_gateway.failsafe import RULES, Cause
+from vehicle_gateway.failsafe import RULES, brakes_gently
 from vehicle_gateway.gate import gate
 from vehicle_gateway.measure import measure, take_in
 from vehicle_gateway.reverse import SPEED_MAX_M_S as REVERSE_SPEED_MAX_M_S
@@ -215,10 +215,11 @@ def request_of(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescripti
 
 def _of_operator(command: DriveCommand, state: State, limits: GatewayLimits) -> Actuation:
     """The operator's command; when it is late or without dead-man its steering is held where it was, and the car slows gently."""
-    late = Cause.COMMAND_SILENT in state.causes or not command.dead_man
+    silent = brakes_gently(state.causes)
+    late = silent or not command.dead_man
     angle = state.applied.road_wheel_angle_rad if late else command.road_wheel_angle_rad
     traction = min(command.acceleration_m_s2, 0.0) if late else command.acceleration_m_s2
-    gentle = limits.failsafe.gentle_braking_m_s2 if Cause.COMMAND_SILENT in state.causes else traction
+    gentle = limits.failsafe.gentle_braking_m_s2 if silent else traction
     return Actuation(
         road_wheel_angle_rad=angle,
         acceleration_m_s2=min(traction, gentle),

@@ -51,7 +51,7 @@ def _of_the_operator(
     waited_ms = (now_ns - state.granted_ns) / 1e6
     command = inputs.command
     answered = command is not None and command.dead_man and command.lease_epoch == state.lease.epoch
-    seen = picture_ms(state, now_ns, vehicle) <= limits.failsafe.picture_lost_ms
+    seen = picture_ms(state, vehicle) <= limits.failsafe.picture_lost_ms
     taking = state.authority.mode is Mode.HANDING_OVER
     return {
         Event.TOWER_STOP: state.stop_pressed,

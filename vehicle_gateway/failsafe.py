@@ -1,11 +1,14 @@
-"""What makes it unsafe to go on as we do: one ordered list of causes, each with its action. Pure.
+"""What makes it unsafe to go on as we do: one ordered list of causes, each with its response and how it clears. Pure.
 
-The worst active cause counts. GENTLE is recoverable: brake softly along the path. STOP asks the authority for the event
-named beside it. Source: architecture.md "Failsafe, while the operator drives"; limits beside what others use (OCP, TUM,
-openpilot: 0.2 to 0.5 s command watchdog, 0.2 s camera, 500 ms loop).
+The worst active cause counts. A rule is what the code checks: `begins` and `gone` are the conditions, the words beside them
+describe exactly those, and the table in README.md is printed from here. While the gateway drives (safe stop, stopped), a cause
+stays until it is `gone`; when somebody else drives, only what begins counts. Source: architecture.md "Failsafe, while the
+operator drives"; the ordered responses as in PX4's failsafe; limits beside what others use (OCP, TUM, openpilot: 0.2 to 0.5 s
+command watchdog, 0.2 s camera, 500 ms loop).
 """
 
-from enum import StrEnum, auto
+from collections.abc import Callable
+from enum import IntEnum, StrEnum, auto
 from typing import Annotated, NamedTuple
 
 from msgspec import Meta
@@ -26,33 +29,25 @@ class FailsafeLimits(Message):
     gentle_braking_m_s2: Annotated[float, Meta(ge=-4.0, le=-0.1)] = -1.5  # Autoware "moderate"
 
 
+class Response(IntEnum):
+    """What is done about a cause, in order of strength."""
+
+    NONE = 0
+    WARN = 1  # the operator is told
+    GENTLE = 2  # brakes softly along the path, steering held; ends with the cause
+    STOP = 3  # the authority is told who was lost: a safe stop, unless somebody else drives on
+
+
 class Cause(StrEnum):
     """Worst first."""
 
-    FEEDBACK_LOST = auto()  # the car does not tell how fast it is
-    ECU_FAULT = auto()  # the drive-by-wire does not follow
+    FEEDBACK_LOST = auto()
+    ECU_FAULT = auto()
     COMMAND_LOST = auto()
     PICTURE_LOST = auto()
     LOOP_TOO_SLOW = auto()
     AUTONOMY_LOST = auto()
     COMMAND_SILENT = auto()
-
-
-class Rule(NamedTuple):
-    event: Event | None  # what the authority is told; None: brake gently, recoverable
-    text: str  # for the operator
-    clears: str
-
-
-RULES: dict[Cause, Rule] = {
-    Cause.FEEDBACK_LOST: Rule(Event.FAULT, "no CAN feedback from the car", "feedback is back"),
-    Cause.ECU_FAULT: Rule(Event.FAULT, "the drive-by-wire does not follow", "it follows, standing"),
-    Cause.COMMAND_LOST: Rule(Event.OPERATOR_LOST, "no valid command from the tower", "commands with dead-man are back, standing"),
-    Cause.PICTURE_LOST: Rule(Event.OPERATOR_LOST, "the operator has no new picture", "pictures advance again, standing"),
-    Cause.LOOP_TOO_SLOW: Rule(Event.OPERATOR_LOST, "the loop is too slow to drive", "loop age below its limit, standing"),
-    Cause.AUTONOMY_LOST: Rule(Event.AUTONOMY_LOST, "the automation is lost", "it is healthy again"),
-    Cause.COMMAND_SILENT: Rule(None, "commands are late: braking gently", "the next valid command"),
-}
 
 
 class Ages(Message):
@@ -66,25 +61,124 @@ class Ages(Message):
     autonomy_ms: Annotated[float, Meta(ge=0)]  # since the last command of the automation
     autonomy_status_ms: Annotated[float, Meta(ge=0)]
     autonomy_healthy: bool
+    standing: bool = False
 
 
-def active_causes(ages: Ages, driving: Source, receiving: Source | None, limits: FailsafeLimits) -> tuple[Cause, ...]:
-    """Every active cause, worst first. Causes of a source that neither drives nor receives do not count."""
-    operator = driving is Source.OPERATOR  # while he receives, the time within which he must answer is short enough
-    autonomy = Source.AUTONOMY in (driving, receiving)
-    moving = driving in (Source.OPERATOR, Source.AUTONOMY)  # somebody may make it move through us
-    table = {
-        Cause.FEEDBACK_LOST: moving and ages.feedback_ms > limits.feedback_lost_ms,
-        Cause.ECU_FAULT: moving and not ages.ecu_following,
-        Cause.COMMAND_LOST: operator and ages.command_ms > limits.command_lost_ms,
-        Cause.PICTURE_LOST: operator and ages.picture_ms > limits.picture_lost_ms,
-        Cause.LOOP_TOO_SLOW: operator and ages.loop_too_slow_s >= limits.loop_age_lasting_s,
-        Cause.AUTONOMY_LOST: autonomy
-        and (
-            ages.autonomy_ms > limits.autonomy_lost_ms
-            or not ages.autonomy_healthy
-            or ages.autonomy_status_ms > limits.autonomy_status_lost_ms
-        ),
-        Cause.COMMAND_SILENT: driving is Source.OPERATOR and ages.command_ms > limits.command_gentle_ms,
-    }
-    return tuple(cause for cause in Cause if table[cause])
+Check = Callable[[Ages, FailsafeLimits], bool]
+
+
+class Rule(NamedTuple):
+    response: Response
+    event: Event | None  # what the authority is told
+    counts: tuple[Source, ...]  # only while one of these drives (the automation's also while it receives)
+    text: str  # for the operator
+    begins: Check
+    when: str  # `begins` in words; {names} are limits
+    gone: Check
+    clears: str  # `gone` in words
+
+
+_MOVERS = (Source.OPERATOR, Source.AUTONOMY)  # somebody may make it move through us
+_OPERATOR = (Source.OPERATOR,)  # while he receives, the time within which he must answer is short enough
+
+
+def _automation_lost(ages: Ages, limits: FailsafeLimits) -> bool:
+    silent = ages.autonomy_ms > limits.autonomy_lost_ms or ages.autonomy_status_ms > limits.autonomy_status_lost_ms
+    return silent or not ages.autonomy_healthy
+
+
+RULES: dict[Cause, Rule] = {
+    Cause.FEEDBACK_LOST: Rule(
+        Response.STOP,
+        Event.FAULT,
+        _MOVERS,
+        "no CAN feedback from the car",
+        lambda ages, limits: ages.feedback_ms > limits.feedback_lost_ms,
+        "no feedback on CAN for more than {feedback_lost_ms:g} ms",
+        lambda ages, limits: ages.feedback_ms <= limits.feedback_lost_ms and ages.standing,
+        "feedback is back, standing",
+    ),
+    Cause.ECU_FAULT: Rule(
+        Response.STOP,
+        Event.FAULT,
+        _MOVERS,
+        "the drive-by-wire does not follow",
+        lambda ages, _: not ages.ecu_following,
+        "the feedback says that the drive-by-wire does not follow",
+        lambda ages, _: ages.ecu_following and ages.standing,
+        "it follows, standing",
+    ),
+    Cause.COMMAND_LOST: Rule(
+        Response.STOP,
+        Event.OPERATOR_LOST,
+        _OPERATOR,
+        "no valid command from the tower",
+        lambda ages, limits: ages.command_ms > limits.command_lost_ms,
+        "no valid command with the dead-man held for more than {command_lost_ms:g} ms",
+        lambda ages, limits: ages.command_ms <= limits.command_gentle_ms and ages.standing,
+        "commands with the dead-man held are at most {command_gentle_ms:g} ms apart again, standing",
+    ),
+    Cause.PICTURE_LOST: Rule(
+        Response.STOP,
+        Event.OPERATOR_LOST,
+        _OPERATOR,
+        "the operator has no new picture",
+        lambda ages, limits: ages.picture_ms > limits.picture_lost_ms,
+        "a required camera brought nothing new to the operator's screen for more than {picture_lost_ms:g} ms",
+        lambda ages, limits: ages.picture_ms <= limits.picture_lost_ms and ages.standing,
+        "pictures advance again, standing",
+    ),
+    Cause.LOOP_TOO_SLOW: Rule(
+        Response.STOP,
+        Event.OPERATOR_LOST,
+        _OPERATOR,
+        "the loop is too slow to drive",
+        lambda ages, limits: ages.loop_too_slow_s >= limits.loop_age_lasting_s,
+        "the loop age (p95 of a second) has been above {loop_age_max_ms:g} ms for {loop_age_lasting_s:g} s",
+        lambda ages, _: ages.loop_too_slow_s == 0.0 and ages.standing,
+        "the loop age is at most {loop_age_max_ms:g} ms again, standing",
+    ),
+    Cause.AUTONOMY_LOST: Rule(
+        Response.STOP,
+        Event.AUTONOMY_LOST,
+        (Source.AUTONOMY,),
+        "the automation is lost",
+        _automation_lost,
+        "the automation is silent for more than {autonomy_lost_ms:g} ms (its status: {autonomy_status_lost_ms:g} ms) or unhealthy",
+        lambda ages, limits: not _automation_lost(ages, limits),
+        "it is heard and healthy again",
+    ),
+    Cause.COMMAND_SILENT: Rule(
+        Response.GENTLE,
+        None,
+        _OPERATOR,
+        "commands are late: braking gently",
+        lambda ages, limits: ages.command_ms > limits.command_gentle_ms,
+        "no valid command with the dead-man held for more than {command_gentle_ms:g} ms",
+        lambda ages, limits: ages.command_ms <= limits.command_gentle_ms,
+        "the next valid command with the dead-man held",
+    ),
+}
+
+
+def active_causes(
+    ages: Ages, driving: Source, receiving: Source | None, limits: FailsafeLimits, before: tuple[Cause, ...] = ()
+) -> tuple[Cause, ...]:
+    """Every active cause, worst first. Causes of a source that neither drives nor receives do not begin.
+
+    before  those of the cycle before: while the gateway drives, what stopped the car stays until it is gone
+    """
+    kept = before if driving is Source.GATEWAY else ()
+    return tuple(
+        cause
+        for cause, rule in RULES.items()
+        if (_counts(rule, driving, receiving) and rule.begins(ages, limits)) or (cause in kept and not rule.gone(ages, limits))
+    )
+
+
+def _counts(rule: Rule, driving: Source, receiving: Source | None) -> bool:
+    return driving in rule.counts or (rule.event is Event.AUTONOMY_LOST and receiving is Source.AUTONOMY)
+
+
+def brakes_gently(causes: tuple[Cause, ...]) -> bool:
+    return any(RULES[cause].response is Response.GENTLE for cause in causes)

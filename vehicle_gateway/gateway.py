@@ -171,7 +171,7 @@ class Gateway:
         if self._due("vehicle_state", STATE_NS, now_ns):
             self._link.publish(
                 "vehicle_state",
-                vehicle_state_of(self.state, outputs, self._number, self._clock.now_ns(), self._vehicle),
+                vehicle_state_of(self.state, outputs, self._number, self._clock.now_ns(), self._vehicle, self._limits),
             )
         if self._due("gateway_status", STATUS_NS, now_ns) or changed or outputs.lease_replies:
             self._link.publish("gateway_status", status_of(self.state, now_ns, self._vehicle, self._limits, self._dropped()))

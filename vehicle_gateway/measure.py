@@ -84,7 +84,11 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
     return replace(
         measured,
         causes=active_causes(
-            ages_of(measured, now_ns, vehicle), driving_source(authority), RECEIVES.get(authority.mode), limits.failsafe
+            ages_of(measured, now_ns, vehicle, limits),
+            driving_source(authority),
+            RECEIVES.get(authority.mode),
+            limits.failsafe,
+            state.causes,
         ),
     )
 
@@ -108,17 +112,21 @@ def loop_age_ms(state: State, vehicle: VehicleDescription) -> float:
     return max(state.command_ns - min(seen), 0) / 1e6 if seen else 0.0
 
 
-def picture_ms(state: State, now_ns: int, vehicle: VehicleDescription) -> float:
-    """Since the worst required camera last brought something new to the operator's screen; a camera never seen is worst."""
+def picture_ms(state: State, vehicle: VehicleDescription) -> float:
+    """Since the worst required camera last brought something new to the operator's screen; a camera never seen is worst.
+
+    As of his last command, which is what tells it: while commands are silent nothing is known of his screen, and their silence
+    has its own, graded rule. The command that ends it tells how old his picture has become.
+    """
 
     def silence_ms(name: str) -> float:
         picture = state.pictures.get(name)
-        return NEVER_MS if picture is None else (now_ns - picture.advanced_ns) / 1e6
+        return NEVER_MS if picture is None else max(state.command_ns - picture.advanced_ns, 0) / 1e6
 
     return max((silence_ms(camera.name) for camera in vehicle.cameras if camera.required), default=0.0)
 
 
-def ages_of(state: State, now_ns: int, vehicle: VehicleDescription) -> Ages:
+def ages_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> Ages:
     def since_ms(at_ns: int) -> float:
         return (now_ns - at_ns) / 1e6 if at_ns else NEVER_MS
 
@@ -127,11 +135,12 @@ def ages_of(state: State, now_ns: int, vehicle: VehicleDescription) -> Ages:
         feedback_ms=since_ms(state.feedback_ns),
         ecu_following=state.feedback is None or state.feedback.ecu_following,
         command_ms=since_ms(state.dead_man_ns),
-        picture_ms=picture_ms(state, now_ns, vehicle),
+        picture_ms=picture_ms(state, vehicle),
         loop_too_slow_s=(now_ns - state.slow_since_ns) / 1e9 if state.slow_since_ns else 0.0,
         autonomy_ms=since_ms(state.autonomy_ns),
         autonomy_status_ms=since_ms(state.autonomy_status_ns),
         autonomy_healthy=status is not None and status.healthy,
+        standing=state.feedback is not None and abs(state.feedback.speed_m_s) < limits.authority.standstill_m_s,
     )
 
 

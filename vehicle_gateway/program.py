@@ -100,5 +100,20 @@ def service(
     raise typer.Exit(run_until_stopped(lambda path, _: run_service(path, site, install), config))
 
 
+@application.command()
+def tables(
+    write: Annotated[Path | None, typer.Option(help="The checkout whose pages are rewritten; else print.")] = None,
+) -> None:
+    """Who drives, and what the failsafe does about what, as the code has it."""
+    from vehicle_gateway.tables import BLOCKS, rewritten
+
+    if write is None:
+        typer.echo("\n\n".join(draw() for blocks in BLOCKS.values() for draw in blocks.values()))
+        return
+    for page in BLOCKS:
+        file = write / page
+        file.write_text(rewritten(page, file.read_text(encoding="utf-8")), encoding="utf-8")
+
+
 def main() -> None:
     application()

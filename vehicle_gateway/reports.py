@@ -39,8 +39,10 @@ def status_of(
     )
 
 
-def vehicle_state_of(state: State, outputs: Outputs, sequence: int, now_ns: int, vehicle: VehicleDescription) -> VehicleState:
-    feedback, ages = state.feedback, ages_of(state, now_ns, vehicle)
+def vehicle_state_of(
+    state: State, outputs: Outputs, sequence: int, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits
+) -> VehicleState:
+    feedback, ages = state.feedback, ages_of(state, now_ns, vehicle, limits)
     return VehicleState(
         stamp_ns=now_ns,
         boot_id=state.boot_id,

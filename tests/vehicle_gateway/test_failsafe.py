@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from vehicle_gateway.authority import Event, Source
-from vehicle_gateway.failsafe import RULES, Ages, Cause, FailsafeLimits, active_causes
+from vehicle_gateway.failsafe import RULES, Ages, Cause, FailsafeLimits, Response, active_causes, brakes_gently
 
 LIMITS = FailsafeLimits()
 FINE = Ages(
@@ -72,8 +72,56 @@ def test_nothing_of_ours_counts_while_a_person_in_the_car_drives():
 
 
 def test_causes_come_worst_first_and_only_late_commands_are_recoverable():
-    assert active_causes(DEAD, Source.OPERATOR, Source.AUTONOMY, LIMITS) == tuple(Cause)
+    assert active_causes(DEAD, Source.OPERATOR, Source.AUTONOMY, LIMITS) == tuple(Cause) == tuple(RULES)
+    responses = [rule.response for rule in RULES.values()]
+    assert responses == sorted(responses, reverse=True)
     assert [cause for cause in Cause if RULES[cause].event is None] == [Cause.COMMAND_SILENT]
+
+
+def test_a_cause_that_stops_tells_the_authority_and_no_other_does():
+    for rule in RULES.values():
+        assert (rule.response is Response.STOP) == (rule.event is not None)
+
+
+def test_only_late_commands_are_braked_for_gently():
+    for cause in Cause:
+        assert brakes_gently((cause,)) == (cause is Cause.COMMAND_SILENT)
+    assert brakes_gently(tuple(Cause))
+    assert not brakes_gently(())
+
+
+# cause, what is still wrong enough to keep it while the car stands, what ends it; each from a car where all else is fine
+CLEARS = [
+    (Cause.FEEDBACK_LOST, {"feedback_ms": 100.1}, {"feedback_ms": 100.0}),
+    (Cause.ECU_FAULT, {"ecu_following": False}, {"ecu_following": True}),
+    (Cause.COMMAND_LOST, {"command_ms": 120.1}, {"command_ms": 120.0}),
+    (Cause.PICTURE_LOST, {"picture_ms": 200.1}, {"picture_ms": 200.0}),
+    (Cause.LOOP_TOO_SLOW, {"loop_too_slow_s": 0.01}, {"loop_too_slow_s": 0.0}),
+    (Cause.AUTONOMY_LOST, {"autonomy_ms": 200.1}, {"autonomy_ms": 200.0}),
+    (Cause.AUTONOMY_LOST, {"autonomy_status_ms": 500.1}, {"autonomy_status_ms": 500.0}),
+    (Cause.AUTONOMY_LOST, {"autonomy_healthy": False}, {"autonomy_healthy": True}),
+    (Cause.COMMAND_SILENT, {"command_ms": 120.1}, {"command_ms": 120.0}),
+]
+
+
+@pytest.mark.parametrize(("cause", "kept", "gone"), CLEARS)
+def test_what_stopped_the_car_stays_until_its_rule_says_that_it_is_gone(cause, kept, gone):
+    standing = replace(FINE, standing=True)
+    still = active_causes(replace(standing, **kept), Source.GATEWAY, None, LIMITS, (cause,))
+    assert still == (cause,)
+    assert active_causes(replace(standing, **gone), Source.GATEWAY, None, LIMITS, (cause,)) == ()
+
+
+def test_a_lost_operator_or_car_is_back_only_once_the_car_stands():
+    lost = tuple(cause for cause in Cause if RULES[cause].event in (Event.FAULT, Event.OPERATOR_LOST))
+    assert active_causes(FINE, Source.GATEWAY, None, LIMITS, tuple(Cause)) == lost
+    assert active_causes(replace(FINE, standing=True), Source.GATEWAY, None, LIMITS, tuple(Cause)) == ()
+
+
+def test_a_cause_is_not_kept_when_somebody_else_drives_and_none_begins_by_itself_while_the_gateway_does():
+    for driving in set(Source) - {Source.GATEWAY}:
+        assert active_causes(FINE, driving, None, LIMITS, tuple(Cause)) == ()
+    assert active_causes(DEAD, Source.GATEWAY, None, LIMITS) == ()
 
 
 def test_every_cause_tells_the_authority_who_was_lost_and_the_operator_what_happened_and_what_clears_it():
@@ -87,7 +135,7 @@ def test_every_cause_tells_the_authority_who_was_lost_and_the_operator_what_happ
         Cause.COMMAND_SILENT: None,
     }
     assert {cause: rule.event for cause, rule in RULES.items()} == lost
-    assert all(rule.text and rule.clears for rule in RULES.values())
+    assert all(rule.text and rule.when and rule.clears for rule in RULES.values())
 
 
 def test_late_commands_brake_gently_and_anything_else_leaves_braking_to_the_safe_stop():
