@@ -106,7 +106,7 @@ def _steering(
     rate = limits.transition_road_wheel_rate_rad_s if in_transition else limits.road_wheel_rate_max_rad_s
     lateral = atan(per_m_s2 * limits.lateral_acceleration_max_m_s2)
     now, jerk = tan(previous), per_m_s2 * limits.lateral_jerk_max_m_s3 * step_s
-    less, more = (previous + atan(now + step) - atan(now) for step in (-jerk, jerk))
+    less, more = (previous + (atan(now + step) - atan(now)) for step in (-jerk, jerk))
     table = (
         ("steering angle", -vehicle.road_wheel_angle_max_rad, vehicle.road_wheel_angle_max_rad),
         ("lateral acceleration", -lateral, lateral),

@@ -3,7 +3,7 @@
 from math import inf, isfinite, nan, sqrt, tan
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -156,6 +156,7 @@ def test_traction_for_a_gear_that_is_refused_never_drives_the_car_the_other_way(
 PAUSES = st.lists(st.one_of(st.floats(0.0, 0.02), st.floats(0.0, 5.0)), min_size=1, max_size=60)
 
 
+@settings(max_examples=40, deadline=None)
 @given(times=PAUSES, speed=SPEEDS, moving_hands=st.booleans(), wild=st.randoms(use_true_random=False))
 def test_over_any_times_nothing_moves_faster_than_in_real_time_nor_leaps_after_a_pause(times, speed, moving_hands, wild):
     """opendbc checks both: a step per frame, and the sum of the steps in real time."""
@@ -179,6 +180,7 @@ def test_a_gateway_that_is_called_more_often_moves_nothing_faster(requested, spe
     assert often.acceleration_m_s2 == pytest.approx(once.acceleration_m_s2, abs=1e-9)
 
 
+@settings(max_examples=40, deadline=None)
 @given(requested=ANY["requested"], speed=SPEEDS, dt=TIMES)
 def test_what_the_gate_let_pass_and_reached_passes_again_unchanged(requested, speed, dt):
     now = ask()
@@ -188,6 +190,7 @@ def test_what_the_gate_let_pass_and_reached_passes_again_unchanged(requested, sp
     assert again.actuation == now and again.rules == ()
 
 
+@settings(max_examples=40, deadline=None)
 @given(
     wishes=st.lists(st.tuples(ANGLES, st.floats(0.0, 5.0), st.booleans()), min_size=1, max_size=8),
     dt=st.floats(0.004, 0.02),
