@@ -8,13 +8,15 @@ import gc
 import logging
 import secrets
 import threading
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import msgspec
 
 from vehicle_gateway.can.bus import Bus, open_bus
-from vehicle_gateway.can.codec import codec_of
-from vehicle_gateway.can.dbc import read_layouts
+from vehicle_gateway.can.cyclic import Sent
+from vehicle_gateway.can.settings import CanSettings
+from vehicle_gateway.can.vehicles import CarBus, car_bus_of
 from vehicle_gateway.cycle import step
 from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
 from vehicle_gateway.journal import Entry, Journal
@@ -53,23 +55,29 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     wire: WireSettings = sections["wire"]
     settings: VehicleGatewaySettings = sections["vehicle_gateway"]
     refuse_on_a_road(settings, wire.link.accepts_script)
-    frames = read_layouts(settings.can.dbc)
+    car = car_bus_of(settings.can)
     link_settings = override(wire.link, "", connect, listen)
     file = Path(settings.memory) if settings.memory else default_file(wire.link.vehicle_id)
     remembered = recall(file)
     clock = Clock()
     boot_id = secrets.token_hex(8)
     with Memory(file) as memory, open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
-        inbox = Inbox(link, boot_id, frames)
+        inbox = Inbox(link, boot_id, car)
         with (
             Journal(link, sections["vehicle"], settings.limits) as journal,
-            open_bus(settings.can, "vehicle", inbox.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
+            open_car(settings.can, car, inbox, clock, wire.pace.fifo_priority) as bus,
         ):
-            gateway = Gateway(link, bus, inbox, memory, journal, clock, sections["vehicle"], settings, remembered)
-            where = {"hub": wire.link.car_hub, "can": f"{settings.can.interface} {settings.can.channel}", "boot_id": boot_id}
+            gateway = Gateway(link, bus, inbox, memory, journal, clock, sections["vehicle"], settings, remembered, car)
+            can = f"{settings.can.interface} {settings.can.channel}"
+            where = {"hub": wire.link.car_hub, "can": can, "boot_id": boot_id}
             log.info("started", extra=fields(vehicle=wire.link.vehicle_id, **where))
             with notifier() as manager:
                 return gateway.run(stop, wire.pace.fifo_priority, manager)
+
+
+def open_car(settings: CanSettings, car: CarBus, inbox: Inbox, clock: Clock, fifo_priority: int) -> AbstractContextManager[Bus]:
+    """The vehicle bus, with the list of what may be sent to this car: the one way out."""
+    return open_bus(settings, "vehicle", inbox.on_frame, clock, fifo_priority=fifo_priority, permits=car.codec.permits)
 
 
 class Gateway:
@@ -84,10 +92,11 @@ class Gateway:
         vehicle: VehicleDescription,
         settings: VehicleGatewaySettings,
         remembered: Remembered,
+        car: CarBus,
     ) -> None:
         self._link, self._bus, self._inbox, self._memory, self._clock = link, bus, inbox, memory, clock
         self._journal, self._manager = journal, NOBODY
-        self._codec = codec_of(read_layouts(settings.can.dbc))
+        self._codec, self._sent = car.codec, Sent()
         self._vehicle, self._limits = vehicle, settings.limits
         self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
         self._utc_ns = utc_minus_monotonic_ns()
@@ -138,14 +147,17 @@ class Gateway:
         before = self.state
         self.state, outputs = step(before, inputs, now_ns, self._vehicle, self._limits)
         if outputs.send:
-            self._send(outputs)
+            self._send(outputs, now_ns)
         sent_ns = self._clock.now_ns()
         self._answer(before, outputs, lease_replies, hand_over_replies)
         self._remember(before)
         self._publish(before, inputs, outputs, now_ns, sent_ns)
 
-    def _send(self, outputs: Outputs) -> None:
-        for frame in self._codec.encode_command(outputs.applied, outputs.mode, outputs.brake_hold, self._number):
+    def _send(self, outputs: Outputs, now_ns: int) -> None:
+        self._sent, frames = self._codec.commands(
+            self._sent, outputs.applied, outputs.mode, outputs.brake_hold, self.state.feedback, now_ns
+        )
+        for frame in frames:
             self._bus.send(frame)
 
     def _answer(self, before: State, outputs: Outputs, lease_replies: list[Reply], hand_over_replies: list[Reply]) -> None:

@@ -2,16 +2,15 @@
 
 import threading
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from hashlib import sha256
 from typing import TypeVar
 
 import msgspec
 
-from vehicle_gateway.can.codec import FeedbackState, codec_of
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.health_codec import HealthState, health_codec_of, health_of
-from vehicle_gateway.can.layout import Layout, layouts
+from vehicle_gateway.can.health_codec import HealthState, health_of
+from vehicle_gateway.can.vehicles import CarBus
 from vehicle_gateway.lease import CommandGuard, refuse_command
 from vehicle_gateway.state import Inputs
 from wire.latest import EventQueue, Latest, Received
@@ -32,16 +31,15 @@ QUESTIONS_MAX = 32  # waiting at once; a flood is refused and counted
 class Inbox:
     """Everything that arrived since the loop last looked. `wake` is set when a valid command or a question came."""
 
-    def __init__(self, link: Link, boot_id: str, frames: Mapping[str, Layout] | None = None) -> None:
-        """frames  of the car's DBC; the shipped one's by default"""
-        self._codec, self._health_codec = codec_of(frames or layouts()), health_codec_of(frames or layouts())
+    def __init__(self, link: Link, boot_id: str, car: CarBus) -> None:
+        self._codec, self._health_codec = car
         self.wake = threading.Event()
         self.dropped: Counter[str] = Counter()
         self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
         self._lock = threading.Lock()
         self.key = b""  # of the current lease; "" refuses everything
         self._command: Received[DriveCommand] | None = None
-        self._feedback = FeedbackState()
+        self._feedback = self._codec.start()
         self._ecu = HealthState()
         self._cameras: EventQueue[CameraStatus] = link.events("camera_status")
         self._stops = link.events("tower_stop", limit=64)

@@ -243,6 +243,15 @@ def around(site: Site) -> Iterator[tuple[Tower, Ecu, Callable[[], subprocess.Pop
             process.stderr.close()
 
 
+def silent(ecu: Ecu) -> bool:
+    """Whether no command comes for 0.2 s, twenty cycles, after what was on its way when the signal was sent."""
+    pause = threading.Event()
+    pause.wait(0.1)
+    heard = len(ecu.commands)
+    pause.wait(0.2)
+    return len(ecu.commands) == heard
+
+
 def test_a_drive_from_standby_to_remote_a_forger_a_silence_and_a_kill(around):
     """One story for one start of everything: a real link and a real bus take a second to come up."""
     tower, ecu, start = around
@@ -272,8 +281,14 @@ def test_a_drive_from_standby_to_remote_a_forger_a_silence_and_a_kill(around):
     tower.silent = False
 
     used, boot_id = tower.lease.epoch, tower.status.boot_id
+    process.send_signal(signal.SIGSTOP)  # hung: nothing goes on for it, neither the kernel nor a thread of its own
+    assert silent(ecu), "frames went on when the gateway hung"
+    process.send_signal(signal.SIGCONT)
+    heard = len(ecu.commands)
+    until(lambda: len(ecu.commands) > heard)
     process.send_signal(signal.SIGKILL)
     process.wait()
+    assert silent(ecu), "frames went on when the gateway was dead"
     start()
     until(lambda: tower.status.boot_id != boot_id)
     assert tower.mode() in (Mode.STOPPED, Mode.SAFE_STOP), "the stop was forgotten"

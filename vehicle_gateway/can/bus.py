@@ -1,5 +1,7 @@
 """One CAN bus of this process: a socket, one reader thread, frames out. A shell: it decides nothing.
 
+What may go out, `vehicle_gateway.can.transmit` says; the gateway's bus has its car's list, and nothing else can be sent.
+
 `udp_multicast` is CAN between processes with no CAN in the kernel, in the datagram format of python-can's interface of
 that name (its viewer and logger can look on). Ours differs in where it goes: it binds to the group, joins it on the
 loopback interface alone and takes only what comes from this machine, with hop limit 0. So it works with no network at
@@ -12,7 +14,7 @@ import socket
 import struct
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Protocol
 
@@ -21,6 +23,7 @@ import msgpack  # type: ignore[import-untyped]
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.can.socketcan import SocketCan
+from vehicle_gateway.can.transmit import Permit, Sending, admit
 from vehicle_gateway.can.virtual import Virtual
 from wire.clock import Clock
 from wire.configuration import ConfigurationError
@@ -44,8 +47,16 @@ class Transport(Protocol):
 class Bus:
     """What `open_bus` hands out. `dropped` counts frames by reason; `reading` turns false when the reader has died."""
 
-    def __init__(self, transport: Transport, on_frame: Callable[[Frame, int], None], clock: Clock, fifo_priority: int) -> None:
+    def __init__(
+        self,
+        transport: Transport,
+        on_frame: Callable[[Frame, int], None],
+        clock: Clock,
+        fifo_priority: int,
+        permits: Mapping[int, Permit] | None,
+    ) -> None:
         self._transport = transport
+        self._permits, self._sending = permits, Sending()
         self._on_frame = on_frame
         self._clock = clock
         self._fifo_priority = fifo_priority
@@ -56,7 +67,15 @@ class Bus:
         self._thread.start()
 
     def send(self, frame: Frame) -> bool:
-        """Hand a frame to the bus. False, and counted, when the bus does not take it; never blocks, never raises."""
+        """Hand a frame to the bus. False, and counted, when it may not be sent or is not taken; never blocks, never raises.
+
+        With a list of permits: from one thread only.
+        """
+        if self._permits is not None:
+            self._sending, refusal = admit(self._sending, frame, self._clock.now_ns(), self._permits)
+            if refusal:
+                self.dropped[f"can not sent {frame.arbitration_id:#05x}: {refusal}"] += 1
+                return False
         try:
             self._transport.send(frame)
         except OSError as error:
@@ -93,13 +112,20 @@ class Bus:
 
 @contextmanager
 def open_bus(
-    settings: CanSettings, bus: str, on_frame: Callable[[Frame, int], None], clock: Clock, *, fifo_priority: int = 0
+    settings: CanSettings,
+    bus: str,
+    on_frame: Callable[[Frame, int], None],
+    clock: Clock,
+    *,
+    fifo_priority: int = 0,
+    permits: Mapping[int, Permit] | None = None,
 ) -> Iterator[Bus]:
     """One bus of the car; leaving the context closes it.
 
     bus       "vehicle" (gateway and ECU) or "actuator" (ECU and plant)
     on_frame  on_frame(frame, received_ns) for every frame of the others, on the reader thread: decode and put, no more
     fifo_priority  of the reader thread, where the system allows it (wire.pace)
+    permits   all that may be sent (a codec's `permits`); None, for what stands in for a car, is anything
     Raises ConfigurationError when the bus cannot be opened.
     """
     try:
@@ -110,7 +136,7 @@ def open_bus(
             f"[vehicle_gateway.can] {bus} bus: cannot open {settings.interface} {settings.channel} {settings.port}: "
             f"{error}; set interface, channel and port"
         ) from None
-    opened = Bus(transport, on_frame, clock, fifo_priority)
+    opened = Bus(transport, on_frame, clock, fifo_priority, permits)
     try:
         yield opened
     finally:

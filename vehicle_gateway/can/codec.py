@@ -8,8 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from vehicle_gateway.can import e2e
+from vehicle_gateway.can.cyclic import Sent, take_due
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import Layout, layouts
+from vehicle_gateway.can.transmit import Permit, permits_of
 from wire.messages.base import Acceleration, Gear, Indicators, Lights, Message, Rate, Ratio, RoadWheelAngle, Speed, Wipers
 from wire.messages.vehicle import Actuation, Mode
 
@@ -77,27 +79,31 @@ class Codec:
     body: Layout
     feedback: Mapping[int, Layout]  # by arbitration id
 
-    def encode_command(self, actuation: Actuation, mode: Mode, brake_hold: bool, counter: int) -> tuple[Frame, ...]:
+    @property
+    def permits(self) -> Mapping[int, Permit]:
+        """What the gateway may send to this car."""
+        return permits_of((self.command, self.body))
+
+    def start(self) -> FeedbackState:
+        """The state before the first frame."""
+        return FeedbackState()
+
+    def commands(
+        self, sent: Sent, actuation: Actuation, mode: Mode, brake_hold: bool, _: Feedback | None, now_ns: int
+    ) -> tuple[Sent, tuple[Frame, ...]]:
+        """The state after this cycle, and the frames that are due in it. Numbers as in `encode_command`."""
+        sent, counters = take_due(sent, (self.command, self.body), now_ns)
+        values = ((self.command, _command(actuation, mode, brake_hold)), (self.body, _body(actuation)))
+        due = ((layout, each) for layout, each in values if layout.arbitration_id in counters)
+        return sent, tuple(layout.pack(each, counters[layout.arbitration_id]) for layout, each in due)
+
+    def encode_command(self, actuation: Actuation, mode: Mode, brake_hold: bool, counter: int) -> tuple[Frame, Frame]:
         """ACTUATION_COMMAND and BODY_COMMAND. Numbers saturate; one that is not finite makes a frame the ECU drops.
 
         actuation  acceleration in the direction of the gear: positive drives, negative brakes
         counter    one more with every call, without end; it is sent modulo 15
         """
-        command = (
-            MODE_NUMBER[mode],
-            actuation.road_wheel_angle_rad,
-            actuation.acceleration_m_s2,
-            GEAR_NUMBER[actuation.gear],
-            brake_hold,
-        )
-        body = (
-            INDICATORS_NUMBER[actuation.indicators],
-            actuation.hazard,
-            actuation.horn,
-            LIGHTS_NUMBER[actuation.lights],
-            WIPERS_NUMBER[actuation.wipers],
-        )
-        return self.command.pack(command, counter), self.body.pack(body, counter)
+        return self.command.pack(_command(actuation, mode, brake_hold), counter), self.body.pack(_body(actuation), counter)
 
     def decode(self, state: FeedbackState, frame: Frame) -> tuple[FeedbackState, str]:
         """The state after one frame from the ECU, and why the frame was dropped ("" when it was not).
@@ -112,6 +118,26 @@ class Codec:
         if reason != "can crc":
             state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
         return (state, reason) if values is None else (_PUT[layout.name](state, values), "")
+
+
+def _command(actuation: Actuation, mode: Mode, brake_hold: bool) -> tuple[float, ...]:
+    return (
+        MODE_NUMBER[mode],
+        actuation.road_wheel_angle_rad,
+        actuation.acceleration_m_s2,
+        GEAR_NUMBER[actuation.gear],
+        brake_hold,
+    )
+
+
+def _body(actuation: Actuation) -> tuple[float, ...]:
+    return (
+        INDICATORS_NUMBER[actuation.indicators],
+        actuation.hazard,
+        actuation.horn,
+        LIGHTS_NUMBER[actuation.lights],
+        WIPERS_NUMBER[actuation.wipers],
+    )
 
 
 def codec_of(frames: Mapping[str, Layout]) -> Codec:

@@ -23,6 +23,8 @@ from wire.configuration import ConfigurationError, shipped
 
 PROTECTION = ("CRC", "COUNTER")
 DATA_ID = "E2EDataId"
+DELAY_TIME = "GenMsgDelayTime"  # Vector's name for the least time between two frames [ms]
+LEAST_PERIOD_MS = 4  # where a DBC does not say: the gateway's shortest cycle, 250 Hz
 
 
 class Field(NamedTuple):
@@ -47,29 +49,30 @@ class Layout:
     data_id: int  # E2E
     fields: tuple[Field, ...]  # in the order of the shipped DBC, without CRC and counter
     cycle_ms: int = 0  # how often it comes; 0: the DBC does not say
+    least_period_ms: int = LEAST_PERIOD_MS  # from one to the next
+
+    @property
+    def protection(self) -> str:
+        return "E2E Profile 1"
 
     def pack(self, values: Sequence[float], counter: int) -> Frame:
         """The protected frame. `values` in the order of `fields`, physical units; `counter` is sent modulo 15."""
         bits = (counter % e2e.COUNTER_MODULUS) << 8
         for field, value in zip(self.fields, values, strict=True):
-            bits |= _raw(field, value) << field.start
+            bits |= raw_of(field, value) << field.start
         return Frame(self.arbitration_id, e2e.protect(self.data_id, bits.to_bytes(self.size, "little")[1:]))
 
     def unpack(self, data: bytes) -> tuple[float, ...] | None:
         """Physical values in the order of `fields`; None when one is not available or outside its range."""
-        bits = int.from_bytes(data, "little")
-        values = []
-        for field in self.fields:
-            raw = (bits >> field.start) & field.mask
-            raw -= (raw & field.sign) << 1
-            if not field.raw_low <= raw <= field.raw_high:
-                return None
-            values.append(raw * field.scale + field.offset)
-        return tuple(values)
+        return values_in(int.from_bytes(data, "little"), self.fields)
+
+    def is_intact(self, frame: Frame) -> bool:
+        """Whether the frame has our length and our CRC."""
+        return len(frame.data) == self.size and e2e.is_intact(self.data_id, frame)
 
     def receive(self, frame: Frame, previous: int | None) -> tuple[tuple[float, ...] | None, str]:
         """(values, "") of an acceptable frame, (None, reason) of any other. previous: the counter received before."""
-        if len(frame.data) != self.size or not e2e.is_intact(self.data_id, frame):
+        if not self.is_intact(frame):
             return None, "can crc"
         if not e2e.follows(previous, e2e.counter_of(frame)):
             return None, "can counter"
@@ -77,20 +80,33 @@ class Layout:
         return (None, "can range") if values is None else (values, "")
 
 
-def _raw(field: Field, value: float) -> int:
+def values_in(bits: int, fields: Sequence[Field]) -> tuple[float, ...] | None:
+    """Physical values in the order of `fields`; None when one is not available or outside its range."""
+    values = []
+    for field in fields:
+        raw = (bits >> field.start) & field.mask
+        raw -= (raw & field.sign) << 1
+        if not field.raw_low <= raw <= field.raw_high:
+            return None
+        values.append(raw * field.scale + field.offset)
+    return tuple(values)
+
+
+def raw_of(field: Field, value: float) -> int:
+    """The bits of a value, saturated at the field's limits; of one that is not finite: not available."""
     if not isfinite(value):
         return field.not_available
     inside = min(max(value, field.low), field.high)
     return round((inside - field.offset) / field.scale) & field.mask
 
 
-def _field(signal: Any) -> Field:  # a cantools signal
+def field_of(signal: Any, start: int) -> Field:  # a cantools signal; start: its lowest bit in the payload as one number
     sign = 1 << (signal.length - 1) if signal.is_signed else 0
     mask = (1 << signal.length) - 1
     low, high, scale, offset = (float(x) for x in (signal.minimum, signal.maximum, signal.scale, signal.offset))
     return Field(
         name=signal.name,
-        start=signal.start,
+        start=start,
         mask=mask,
         sign=sign,
         scale=scale,
@@ -109,13 +125,19 @@ def layout_of(message: Any, order: Sequence[str]) -> Layout:  # a cantools messa
         arbitration_id=message.frame_id,
         size=message.length,
         data_id=data_id_of(message),
-        fields=tuple(_field(message.get_signal_by_name(name)) for name in order),
+        fields=tuple(field_of(signal, signal.start) for signal in map(message.get_signal_by_name, order)),
         cycle_ms=message.cycle_time or 0,
+        least_period_ms=attribute_of(message, DELAY_TIME) or LEAST_PERIOD_MS,
     )
 
 
 def data_id_of(message: Any) -> int:
-    attribute = message.dbc.attributes.get(DATA_ID)
+    return attribute_of(message, DATA_ID)
+
+
+def attribute_of(message: Any, name: str) -> int:
+    """The number that a DBC gives a message (BA_); 0 when it gives none."""
+    attribute = message.dbc.attributes.get(name)
     return int(attribute.value) if attribute is not None else 0
 
 
@@ -131,8 +153,8 @@ def layouts() -> dict[str, Layout]:
 
 
 @cache
-def shipped_database() -> Any:
-    return database_in(shipped("drive_by_wire.dbc"))
+def shipped_database(name: str = "drive_by_wire.dbc") -> Any:
+    return database_in(shipped(name))
 
 
 def database_in(file: Path) -> Any:

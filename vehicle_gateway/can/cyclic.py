@@ -1,0 +1,36 @@
+"""Which cyclic frames are due, each with a counter of its own. Pure.
+
+The gateway's cycle comes every 4 to 10 ms, a frame has its own period: it is sent in the first cycle of its slot, and the
+slots keep their phase. Nothing repeats a frame between cycles: no kernel broadcast manager, no thread. When the gateway
+stops, its frames stop.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from vehicle_gateway.can.transmit import Sendable
+
+EARLY = 4  # a quarter of a period: a cycle that comes that much early still sends, instead of a whole cycle late
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """By identifier."""
+
+    due_ns: Mapping[int, int] = field(default_factory=dict)  # start of the next slot
+    counts: Mapping[int, int] = field(default_factory=dict)  # frames sent
+
+
+def take_due(sent: Sent, layouts: Iterable[Sendable], now_ns: int) -> tuple[Sent, dict[int, int]]:
+    """The state after this cycle, and the counter of each frame that is due in it, by identifier."""
+    due, counts, counters = dict(sent.due_ns), dict(sent.counts), {}
+    for layout in layouts:
+        identifier, period_ns = layout.arbitration_id, layout.least_period_ms * 1_000_000
+        slot_ns = due.get(identifier, now_ns)
+        if now_ns < slot_ns - period_ns // EARLY:
+            continue
+        late = now_ns >= slot_ns + period_ns
+        due[identifier] = (now_ns if late else slot_ns) + period_ns
+        counters[identifier] = counts.get(identifier, 0)
+        counts[identifier] = counters[identifier] + 1
+    return Sent(due, counts), counters
