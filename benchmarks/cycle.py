@@ -8,12 +8,13 @@ Not measured here: signature check, link, journal, operating system.
 
 import gc
 from collections.abc import Iterator
-from math import cos, sin, tan
+from math import tan
 from time import perf_counter_ns
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from benchmarks.cycle_messages import BOOT, autonomy_command, command, decoded, question, scene, status
 from benchmarks.figures import Figure, figure, percentile
 from benchmarks.machine import priority
 from benchmarks.wheel_to_can import camera_status
@@ -25,10 +26,9 @@ from vehicle_gateway.cycle import step
 from vehicle_gateway.settings import VehicleGatewaySettings
 from vehicle_gateway.state import GatewayLimits, Inputs, State, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt, Evidence, Scene
-from wire.messages.base import Gear, Indicators, Message, decoder, encode
+from wire.messages.base import Gear, decoder, encode
 from wire.messages.operating import DriveCommand
-from wire.messages.session import Action, HandOverRequest, LeaseRequest
+from wire.messages.session import Action, LeaseRequest
 from wire.messages.vehicle import Mode, VehicleDescription
 from wire.settings import PaceSettings
 
@@ -37,12 +37,10 @@ CYCLE_NS = 6_000_000  # about 170 Hz, as in a drive: commands and deadlines toge
 DRIVE_S = 12.0  # of each mode
 REACH_US = 300.0
 FIFO_PRIORITY = PaceSettings().fifo_priority
-BOOT, CORRIDOR_POINTS, CHANNELS = "benchmark", 60, ("planner", "map", "localization", "perception", "weather", "sensors")
 _SECTIONS = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings})
 CAR: VehicleDescription = _SECTIONS["vehicle"]
 LIMITS: GatewayLimits = _SECTIONS["vehicle_gateway"].limits
 _COMMAND = decoder(DriveCommand)
-M = TypeVar("M", bound=Message)
 
 
 class Moment(NamedTuple):
@@ -70,7 +68,7 @@ def timed(start: State, moments: list[Moment], mode: Mode) -> tuple[list[float],
     """Microseconds of every cycle that ends in `mode`, and of the floor beside each."""
     cycles, floors = [], []
     state, feedback = start, FeedbackState()
-    payload = encode(_command(0, 1, 1, Mode.REMOTE))
+    payload = encode(command(0, 1, 1, Mode.REMOTE, CAR))
     gc.collect()
     gc.freeze()  # as the gateway does
     for number, moment in enumerate(moments):
@@ -132,91 +130,14 @@ def _inputs(number: int, now_ns: int, state: State, mode: Mode) -> Inputs:
         fields["lease_requests"] = (LeaseRequest(operator="ann", session="s", sent_ns=1),)
     if _every(number, 100):
         driven = Mode.REMOTE if state.authority.mode is Mode.REMOTE else Mode.STANDBY  # the take-over wants the pedal released
-        fields |= {"command": _decoded(_command(now_ns, number + 1, state.lease.epoch, driven)), "command_ns": now_ns - 500_000}
-        fields["autonomy"] = _decoded(
-            AutonomyCommand(stamp_ns=now_ns, sequence=number, road_wheel_angle_rad=0.0, acceleration_m_s2=0.2)
-        )
+        fields |= {"command": decoded(command(now_ns, number + 1, state.lease.epoch, driven, CAR)), "command_ns": now_ns - 500_000}
+        fields["autonomy"] = decoded(autonomy_command(now_ns, number))
     if _every(number, 20):
-        fields["autonomy_status"] = _decoded(_status(now_ns, number))
+        fields["autonomy_status"] = decoded(status(now_ns, number))
     if _every(number, 10):
-        fields["scene"] = _decoded(_scene(now_ns, state))
+        fields["scene"] = decoded(scene(now_ns, state))
     if _every(number, 5):
-        fields["cameras"] = tuple(_decoded(camera_status(camera.name, number, now_ns)) for camera in CAR.cameras)
+        fields["cameras"] = tuple(decoded(camera_status(camera.name, number, now_ns)) for camera in CAR.cameras)
     if mode is Mode.REMOTE and state.authority.mode in (Mode.STANDBY, Mode.AUTONOMOUS) and number % 20 == 10:
-        fields["hand_over_requests"] = (_take(number, now_ns, state),)
+        fields["hand_over_requests"] = (question(Action.TAKE, number, now_ns, state),)
     return Inputs(**fields)  # type: ignore[arg-type]
-
-
-def _decoded(message: M) -> M:
-    """As it comes from the link."""
-    return decoder(type(message)).decode(encode(message))
-
-
-def _command(now_ns: int, sequence: int, epoch: int, mode: Mode) -> DriveCommand:
-    driving = mode is Mode.REMOTE
-    return DriveCommand(
-        lease_epoch=epoch,
-        sequence=sequence,
-        sent_ns=now_ns,
-        event_ns=now_ns,
-        echoed_vehicle_ns=max(now_ns - 20_000_000, 0),
-        echoed_boot_id=BOOT,
-        displayed_capture_ns={camera.name: max(now_ns - 60_000_000, 0) for camera in CAR.cameras},
-        road_wheel_angle_rad=0.02 * sin(now_ns / 1e9) if driving else 0.0,
-        acceleration_m_s2=0.2 if driving else 0.0,
-        gear=Gear.DRIVE,
-        indicators=Indicators.OFF,
-        hazard=False,
-        horn=False,
-        dead_man=True,
-        hmac="0" * 64,
-    )
-
-
-def _status(now_ns: int, number: int) -> AutonomyStatus:
-    evidence = tuple(Evidence(channel=name, level=0.1, high=False, text="as it should be") for name in CHANNELS)
-    return AutonomyStatus(
-        stamp_ns=now_ns,
-        sequence=number,
-        healthy=True,
-        health_note="",
-        doubt=Doubt.NOMINAL,
-        evidence=evidence,
-        request=None,
-        clear_s=20.0,
-        drivable_s=20.0,
-        state_matched=True,
-        match_note="",
-        goal_reached=False,
-    )
-
-
-def _scene(now_ns: int, state: State) -> Scene:
-    """A straight corridor of 1 m steps from where the gateway's own odometry has the car."""
-    at = state.odometry
-    points = tuple((at.x_m + ahead * cos(at.heading_rad), at.y_m + ahead * sin(at.heading_rad)) for ahead in range(CORRIDOR_POINTS))
-    return Scene(
-        stamp_ns=now_ns,
-        x_m=at.x_m,
-        y_m=at.y_m,
-        heading_rad=at.heading_rad,
-        speed_m_s=0.0,
-        yaw_rate_rad_s=0.0,
-        deviation_m=0.1,
-        station_m=0.0,
-        offset_m=0.0,
-        objects=(),
-        plan=(),
-        stopping_corridor=points,
-    )
-
-
-def _take(number: int, now_ns: int, state: State) -> HandOverRequest:
-    return HandOverRequest(
-        lease_epoch=state.lease.epoch,
-        number=number,
-        action=Action.TAKE,
-        sent_ns=now_ns,
-        echoed_vehicle_ns=now_ns - 20_000_000,
-        echoed_boot_id=BOOT,
-    )

@@ -1,6 +1,6 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-from benchmarks import cycle, lateness, recorder, video, wheel_to_can, window_draw
+from benchmarks import cycle, endurance, gate_replay, lateness, recorder, video, wheel_to_can, window_draw
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
@@ -10,4 +10,6 @@ BENCHMARKS: dict[str, Benchmark] = {
     recorder.NAME: recorder.figures,
     lateness.NAME: lateness.figures,
     window_draw.NAME: window_draw.figures,
+    gate_replay.NAME: gate_replay.figures,
+    endurance.NAME: endurance.figures,
 }
