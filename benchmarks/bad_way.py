@@ -1,0 +1,145 @@
+"""A cable between two network namespaces that can be made bad: `python -m benchmarks.bad_way NAMESPACE=ADDRESS/BITS NAMESPACE=...`.
+
+A process of its own with a TUN device in each namespace, both named `way`; every packet goes through benchmarks.impairment. What
+it does from now on is a line of JSON on its standard input, `{"forward": {...}, "back": {...}}`, answered by the same line once it
+is so; forward is from the first namespace to the second. Ends with its input. Linux, root. Never outside those two namespaces.
+"""
+
+import ctypes
+import fcntl
+import heapq
+import os
+import random
+import select
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import monotonic_ns
+from typing import IO
+
+import msgspec
+
+from benchmarks.impairment import Impairment, Way, send
+from wire.messages.base import Message
+
+DEVICE = "way"
+MTU = 1500
+_CLONE_NEWNET = 0x40000000  # linux/sched.h
+_TUNSETIFF, _IFF_TUN, _IFF_NO_PI = 0x400454CA, 0x0001, 0x1000  # linux/if_tun.h
+
+
+class Both(Message):
+    """What either direction does from now on."""
+
+    forward: Impairment = Impairment()
+    back: Impairment = Impairment()
+
+
+def tun_in(namespace: str, address: str) -> int:
+    """A TUN device in a namespace, up, with its address; its descriptor. This process is in that namespace afterwards."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    with open(f"/run/netns/{namespace}", "rb") as place:
+        if libc.setns(place.fileno(), _CLONE_NEWNET):
+            raise OSError(ctypes.get_errno(), f"namespace {namespace}")
+    descriptor = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK)
+    fcntl.ioctl(descriptor, _TUNSETIFF, struct.pack("16sH", DEVICE.encode(), _IFF_TUN | _IFF_NO_PI))
+    for words in (f"addr add {address} dev {DEVICE}", f"link set {DEVICE} mtu {MTU} up", "link set lo up"):
+        subprocess.run(["ip", *words.split()], check=True)
+    return descriptor
+
+
+class Relay:
+    """Both directions and what is under way in them."""
+
+    def __init__(self, ends: tuple[int, int], seed: int = 1) -> None:
+        self._ends = ends
+        self._ways = [Way(), Way()]
+        self._under_way: list[tuple[int, int, int, bytes]] = []  # due, order, which end it leaves at
+        self._count = 0
+        self._draw = random.Random(seed)
+        self.setting = Both()
+
+    def step(self, keys: IO[bytes]) -> bool:
+        """Wait for the next thing to do and do it. False when there are no more instructions to come."""
+        wait_s = max((self._under_way[0][0] - monotonic_ns()) / 1e9, 0.0) if self._under_way else None
+        ready, _, _ = select.select([*self._ends, keys.fileno()], [], [], wait_s)
+        for end, other in ((0, 1), (1, 0)):
+            if self._ends[end] in ready:
+                self._take(end, other)
+        self._let_out()
+        return keys.fileno() not in ready or self._obey(keys)
+
+    def _take(self, end: int, other: int) -> None:
+        packet = os.read(self._ends[end], 65536)
+        impairment = self.setting.back if end else self.setting.forward
+        self._ways[end], comes = send(self._ways[end], packet, monotonic_ns(), impairment, self._draw)
+        for due_ns, out in comes:
+            self._count += 1
+            heapq.heappush(self._under_way, (due_ns, self._count, other, out))
+
+    def _let_out(self) -> None:
+        now_ns = monotonic_ns()
+        while self._under_way and self._under_way[0][0] <= now_ns:
+            _, _, end, packet = heapq.heappop(self._under_way)
+            try:
+                os.write(self._ends[end], packet)
+            except BlockingIOError:  # no room in the device: lost, as on any full line
+                continue
+
+    def _obey(self, keys: IO[bytes]) -> bool:
+        line = keys.readline()
+        if not line:
+            return False
+        self.setting = msgspec.json.decode(line, type=Both)
+        os.write(1, line)
+        return True
+
+
+class BadWay:
+    """The relay's process, from outside."""
+
+    def __init__(self, process: "subprocess.Popen[bytes]") -> None:
+        self._process = process
+
+    def be(self, forward: Impairment | None = None, back: Impairment | None = None) -> int:
+        """Both directions do this from now on; perfect where nothing is said. When that was so [ns, this machine's clock]."""
+        keys, answers = self._process.stdin, self._process.stdout
+        if keys is None or answers is None:
+            raise RuntimeError("the relay has no pipes")
+        keys.write(msgspec.json.encode(Both(forward=forward or Impairment(), back=back or Impairment())) + b"\n")
+        keys.flush()
+        if not answers.readline():
+            raise RuntimeError(f"the relay has ended with {self._process.wait()}")
+        return monotonic_ns()
+
+
+@contextmanager
+def bad_way(first: tuple[str, str], second: tuple[str, str]) -> Iterator[BadWay]:
+    """Join two namespaces, each (its name, ADDRESS/BITS); perfect until it is told otherwise. Leaving the context cuts it."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "benchmarks.bad_way", "=".join(first), "=".join(second)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    try:
+        way = BadWay(process)
+        way.be()
+        yield way
+    finally:
+        process.kill()
+        process.wait()
+
+
+def main(arguments: list[str]) -> int:
+    ends = [tun_in(*each.split("=", 1)) for each in arguments]
+    relay = Relay((ends[0], ends[1]))
+    keys = os.fdopen(0, "rb", buffering=0)
+    while relay.step(keys):
+        pass
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
