@@ -1,14 +1,16 @@
 """The stopping corridor and the odometry it is tracked in: where to brake to when nobody drives. Pure.
 
-The automation's scene brings a path that was checked against road edge and objects. It is kept in the odometry frame (dead
-reckoning of CAN speed and yaw rate), so that SAFE_STOP can follow it closed loop with every other process gone.
+The automation's scene brings a path that was checked against road edge and standing things. It is kept in the odometry frame
+(dead reckoning of CAN speed and yaw rate), so that SAFE_STOP can follow it closed loop with every other process gone. Where it
+is no longer free is for `free_way` to say, in every cycle.
 """
 
 from itertools import repeat
 from math import atan2, cos, dist, hypot, sin
+from typing import NamedTuple
 
 from wire.messages.automation import Scene
-from wire.messages.base import Angle, Length, Message, Position, TimeNs
+from wire.messages.base import Angle, Count, Length, Message, Position, TimeNs
 
 CORRIDOR_AGE_MAX_NS = 1_000_000_000  # evidence older than this is no evidence (ten scenes at 10 Hz)
 USABLE_NS = 6_000_000_000  # and older than this no guide either: a stop from 30 km/h takes 4 s, dead reckoning drifts
@@ -28,6 +30,25 @@ class Odometry(Message):
 class Corridor(Message):
     points: tuple[tuple[float, float], ...] = ()  # odometry frame, from the car on
     checked_ns: TimeNs = 0
+    free: Count | None = None  # so many points of it are clear of standing things; None: all
+
+
+class Shift(NamedTuple):
+    """From the map frame of a scene into the odometry frame."""
+
+    map_x_m: float
+    map_y_m: float
+    x_m: float
+    y_m: float
+    cos: float
+    sin: float
+
+    def point(self, x_m: float, y_m: float) -> tuple[float, float]:
+        dx, dy = x_m - self.map_x_m, y_m - self.map_y_m
+        return self.x_m + dx * self.cos - dy * self.sin, self.y_m + dx * self.sin + dy * self.cos
+
+    def vector(self, x: float, y: float) -> tuple[float, float]:
+        return x * self.cos - y * self.sin, x * self.sin + y * self.cos
 
 
 def advance(odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, dt_s: float) -> Odometry:
@@ -40,16 +61,16 @@ def advance(odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, dt_s: f
     )
 
 
-def keep_corridor(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, now_ns: int) -> Corridor:
-    """The scene's corridor in the odometry frame. Its pose is `now - stamp` old: the odometry is taken back by that much."""
+def shift_of(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, now_ns: int) -> Shift:
+    """The scene's pose is `now - stamp` old: the odometry is taken back by that much."""
     then = advance(odometry, speed_m_s, yaw_rate_rad_s, -(now_ns - scene.stamp_ns) / 1e9)
     turn = then.heading_rad - scene.heading_rad
-    c, s = cos(turn), sin(turn)
-    points = tuple(
-        (then.x_m + (x - scene.x_m) * c - (y - scene.y_m) * s, then.y_m + (x - scene.x_m) * s + (y - scene.y_m) * c)
-        for x, y in scene.stopping_corridor
-    )
-    return Corridor(points=points, checked_ns=scene.stamp_ns)
+    return Shift(scene.x_m, scene.y_m, then.x_m, then.y_m, cos(turn), sin(turn))
+
+
+def keep_corridor(scene: Scene, shift: Shift) -> Corridor:
+    """The scene's corridor in the odometry frame."""
+    return Corridor(points=tuple(shift.point(x, y) for x, y in scene.stopping_corridor), checked_ns=scene.stamp_ns)
 
 
 class Pursuit(Message):
@@ -64,16 +85,20 @@ def usable(corridor: Corridor, odometry: Odometry, speed_m_s: float, now_ns: int
     return min(map(dist, corridor.points, repeat((odometry.x_m, odometry.y_m)))) <= BESIDE_MAX_M
 
 
-def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m: float) -> Pursuit | None:
-    """Steering that follows the corridor (pure pursuit), and how much of it is left; None when the car is beyond its end."""
+def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m: float, free: int | None = None) -> Pursuit | None:
+    """Steering that follows the corridor (pure pursuit), and how much of it is left; None when the car is beyond its end.
+
+    free  so many of its points are free now (None: all): it is steered along to its end, but only what is free remains
+    """
     ahead = [(x - odometry.x_m, y - odometry.y_m) for x, y in corridor.points]
     c, s = cos(odometry.heading_rad), sin(odometry.heading_rad)
-    local = [(dx * c + dy * s, -dx * s + dy * c) for dx, dy in ahead]
-    local = [point for point in local if point[0] > 0.0]
+    every = [(dx * c + dy * s, -dx * s + dy * c) for dx, dy in ahead]
+    local = [point for point in every if point[0] > 0.0]
     if not local:
         return None
     look_m = max(LOOK_AHEAD_MIN_M, LOOK_AHEAD_S * abs(speed_m_s))
     x, y = next((point for point in local if hypot(*point) >= look_m), local[-1])
-    remaining = hypot(*local[0]) + sum(map(dist, local, local[1:]))
+    clear = local if free is None else [point for point in every[:free] if point[0] > 0.0]
+    remaining = hypot(*clear[0]) + sum(map(dist, clear, clear[1:])) if clear else 0.0
     distance2 = max(x * x + y * y, LOOK_AHEAD_MIN_M**2)  # a short rest of the path does not ask for a sharp turn
     return Pursuit(road_wheel_angle_rad=atan2(2.0 * wheelbase_m * y, distance2), remaining_m=remaining)

@@ -15,7 +15,7 @@ from vehicle_gateway.gate import gate
 from vehicle_gateway.measure import measure, take_in
 from vehicle_gateway.reverse import SPEED_MAX_M_S as REVERSE_SPEED_MAX_M_S
 from vehicle_gateway.reverse import check_reverse
-from vehicle_gateway.safe_stop import WALKING_M_S, safe_stop, speed_for_distance_m_s
+from vehicle_gateway.safe_stop import safe_stop, speed_for_distance_m_s
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State, open_request
 from wire.messages.base import Gear
 from wire.messages.operating import DriveCommand
@@ -32,7 +32,7 @@ NO_CAP_M_S = 100.0  # the automation keeps its own limit; the cap is the operato
 def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> tuple[State, Outputs]:
     """The state after one cycle and what is to be sent, answered and told."""
     dt_s = min(max(now_ns - state.now_ns, 0) / 1e9, LONGEST_DT_S)
-    before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns)
+    before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns, vehicle)
     measured = measure(before, now_ns, dt_s, vehicle, limits)
     leased, lease_replies = answer_leases(measured, inputs.lease_requests, now_ns)
     asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)
@@ -87,13 +87,16 @@ def cap_of(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> 
 
 
 def corridor_speed_m_s(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> float:
-    """So fast that a blind stop stays inside the corridor that was checked last; no bound where there is none."""
+    """So fast that a blind stop stays inside what is known to be free: the corridor, else the way with the wheels as they are.
+
+    Where nothing is known, or nothing is free, still a walking pace: the operator sees what we do not.
+    """
     known = usable(state.corridor, state.odometry, speed_of(state), state.now_ns)
-    pursuit = pursue(state.corridor, state.odometry, speed_of(state), vehicle.wheelbase_m) if known else None
-    if pursuit is None:
-        return NO_CAP_M_S
+    corridor, free = state.corridor, state.corridor_free
+    pursuit = pursue(corridor, state.odometry, speed_of(state), vehicle.wheelbase_m, free) if known else None
     stop, lost_s = limits.safe_stop, limits.failsafe.command_lost_ms / 1e3
-    return max(speed_for_distance_m_s(pursuit.remaining_m, lost_s, stop.braking_max_m_s2, stop.jerk_m_s3), WALKING_M_S)
+    free_m = (state.held_m or 0.0) if pursuit is None else pursuit.remaining_m
+    return max(speed_for_distance_m_s(free_m, lost_s, stop.braking_max_m_s2, stop.jerk_m_s3), stop.blind_speed_m_s)
 
 
 def in_transition(state: State, now_ns: int, limits: GatewayLimits) -> bool:
@@ -190,7 +193,17 @@ def request_of(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescripti
     held = replace(state.applied, acceleration_m_s2=HOLD_M_S2, horn=False)
     source = driving_source(state.authority)
     if state.authority.mode is Mode.SAFE_STOP:
-        asked = safe_stop(state.applied, state.corridor, state.odometry, speed_of(state), now_ns, dt_s, vehicle, limits.safe_stop)
+        asked = safe_stop(
+            state.applied,
+            state.corridor,
+            state.odometry,
+            speed_of(state),
+            now_ns,
+            dt_s,
+            vehicle,
+            limits.safe_stop,
+            state.corridor_free,
+        )
     elif state.authority.mode is Mode.EMERGENCY_STOP:
         asked = replace(held, acceleration_m_s2=EMERGENCY_M_S2, hazard=True)
     elif source is Source.LOCAL:

@@ -48,6 +48,7 @@ class Cause(StrEnum):
     LOOP_TOO_SLOW = auto()
     AUTONOMY_LOST = auto()
     COMMAND_SILENT = auto()
+    WAY_UNKNOWN = auto()
 
 
 class Ages(Message):
@@ -62,6 +63,7 @@ class Ages(Message):
     autonomy_status_ms: Annotated[float, Meta(ge=0)]
     autonomy_healthy: bool
     standing: bool = False
+    way_known: bool = True  # somebody looks at the way that a stop would take
 
 
 Check = Callable[[Ages, FailsafeLimits], bool]
@@ -157,6 +159,16 @@ RULES: dict[Cause, Rule] = {
         "no valid command with the dead-man held for more than {command_gentle_ms:g} ms",
         lambda ages, limits: ages.command_ms <= limits.command_gentle_ms,
         "the next valid command with the dead-man held",
+    ),
+    Cause.WAY_UNKNOWN: Rule(
+        Response.WARN,
+        None,
+        _OPERATOR,
+        "nobody looks at the way ahead: no faster than a blind stop allows",
+        lambda ages, _: not ages.way_known,
+        "no usable corridor, and the automation silent or unhealthy: the speed falls to `safe_stop.blind_speed_m_s`",
+        lambda ages, _: ages.way_known,
+        "a scene of a healthy automation",
     ),
 }
 

@@ -1,12 +1,17 @@
 """Take in what arrived, and measure: ages, progress of pictures, loop age, speed cap, odometry, active causes. Pure."""
 
+from math import tan
+
 from msgspec.structs import replace
 
 from vehicle_gateway.authority import RECEIVES, Source, driving_source
-from vehicle_gateway.corridor import Corridor, advance, keep_corridor
+from vehicle_gateway.can.codec import Feedback
+from vehicle_gateway.corridor import Corridor, advance, keep_corridor, shift_of, usable
 from vehicle_gateway.failsafe import Ages, active_causes
+from vehicle_gateway.free_way import Surroundings, cut_by_standing, free_of_corridor, held_free_m, keep_surroundings
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
+from wire.messages.automation import Scene
 from wire.messages.base import CAMERAS_MAX
 from wire.messages.operating import DriveCommand
 from wire.messages.vehicle import VehicleDescription
@@ -14,7 +19,7 @@ from wire.messages.vehicle import VehicleDescription
 NEVER_MS = 1e9
 
 
-def take_in(state: State, inputs: Inputs, now_ns: int) -> State:
+def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription) -> State:
     """The newest of everything."""
     fields: dict[str, object] = {}
     if inputs.feedback is not None:
@@ -33,9 +38,17 @@ def take_in(state: State, inputs: Inputs, now_ns: int) -> State:
     if inputs.command is not None:
         fields |= _of_command(state, inputs.command, inputs.command_ns)
     if inputs.scene is not None and state.feedback is not None:
-        checked = keep_corridor(inputs.scene, state.odometry, state.feedback.speed_m_s, state.feedback.yaw_rate_rad_s, now_ns)
-        fields["corridor"] = checked if checked.points else state.corridor  # the last one that was checked still counts
+        fields |= _of_scene(state, inputs.scene, state.feedback, now_ns, vehicle)
     return replace(state, **fields) if fields else state
+
+
+def _of_scene(state: State, scene: Scene, feedback: Feedback, now_ns: int, vehicle: VehicleDescription) -> dict[str, object]:
+    shift = shift_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns)
+    around = keep_surroundings(scene, shift)
+    if not scene.stopping_corridor:
+        return {"around": around}  # the last corridor that was checked still counts
+    corridor = keep_corridor(scene, shift)
+    return {"around": around, "corridor": replace(corridor, free=cut_by_standing(corridor, around, state.odometry, vehicle))}
 
 
 def _of_command(state: State, command: DriveCommand, at_ns: int) -> dict[str, object]:
@@ -67,6 +80,7 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
     odometry = (
         state.odometry if feedback is None else advance(state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, min(dt_s, 0.1))
     )
+    known = dt_s * 1e9 >= now_ns - state.now_ns - 1  # where we are: after a stall nobody knows
     measured = replace(
         state,
         loop_ages=loop_ages,
@@ -74,12 +88,14 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
         cap=cap,
         odometry=odometry,
         bounces=state.bounces if driving_source(state.authority) is not Source.AUTONOMY or now_ns < state.guard_until_ns else 0,
-        corridor=state.corridor if dt_s * 1e9 >= now_ns - state.now_ns - 1 else Corridor(),  # after a stall nobody knows where
+        corridor=state.corridor if known else Corridor(),
+        around=state.around if known else Surroundings(),
         slow_since_ns=(state.slow_since_ns or now_ns) if slow else 0,
         healthy_since_ns=(state.healthy_since_ns or now_ns) if is_autonomy_fit(state, now_ns, limits) else 0,
         seat_left_ns=(state.seat_left_ns or now_ns) if feedback is not None and not feedback.seat_occupied else 0,
         override_since_ns=(state.override_since_ns or now_ns) if is_overridden(state, limits.authority) else 0,
     )
+    measured = replace(measured, **_of_way(measured, now_ns, vehicle))
     authority = measured.authority
     return replace(
         measured,
@@ -91,6 +107,17 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
             state.causes,
         ),
     )
+
+
+def _of_way(state: State, now_ns: int, vehicle: VehicleDescription) -> dict[str, object]:
+    """What is free of the way that a stop would take now."""
+    speed_m_s = state.feedback.speed_m_s if state.feedback else 0.0
+    if usable(state.corridor, state.odometry, speed_m_s, now_ns):
+        return {"corridor_free": free_of_corridor(state.corridor, state.around, state.odometry, now_ns, vehicle), "held_m": 0.0}
+    seen = state.autonomy_status is not None and state.autonomy_status.healthy  # what an unhealthy automation saw is not known
+    curvature_1_m = tan(state.applied.road_wheel_angle_rad) / vehicle.wheelbase_m
+    held_m = held_free_m(state.odometry, curvature_1_m, state.around, now_ns, vehicle) if seen else None
+    return {"corridor_free": None, "held_m": held_m}
 
 
 def cap_of_operator(
@@ -140,6 +167,7 @@ def ages_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: Gate
         autonomy_ms=since_ms(state.autonomy_ns),
         autonomy_status_ms=since_ms(state.autonomy_status_ns),
         autonomy_healthy=status is not None and status.healthy,
+        way_known=state.held_m is not None,
         standing=state.feedback is not None and abs(state.feedback.speed_m_s) < limits.authority.standstill_m_s,
     )
 

@@ -18,6 +18,8 @@ class StopLimits(Message):
     braking_m_s2: Annotated[float, Meta(ge=1.0, le=4.0)] = 2.5  # Autoware "emergency": firm, standing people keep their feet
     braking_max_m_s2: Annotated[float, Meta(ge=1.0, le=8.0)] = 4.0  # UN R157's ceiling; without a corridor at once
     jerk_m_s3: Annotated[float, Meta(ge=0.5, le=20.0)] = 5.0
+    # with nothing known of the way ahead: walking pace. A car that perceives nothing says here what its operators answer for
+    blind_speed_m_s: Annotated[float, Meta(ge=0.5, le=40.0)] = 5 / 3.6
 
 
 def safe_stop(
@@ -29,13 +31,16 @@ def safe_stop(
     dt_s: float,
     vehicle: VehicleDescription,
     limits: StopLimits,
+    corridor_free: int | None = None,
 ) -> Actuation:
     """What the gateway asks for in SAFE_STOP.
 
-    previous  what was sent last cycle: the deceleration grows from there, and without a corridor its angle is held
+    previous       what was sent last cycle: the deceleration grows from there, and without a corridor its angle is held
+    corridor_free  how many of the corridor's points are still free (None: all): it stops before the first that is not
     """
     fresh = now_ns - corridor.checked_ns <= CORRIDOR_AGE_MAX_NS
-    pursuit = pursue(corridor, odometry, speed_m_s, vehicle.wheelbase_m) if usable(corridor, odometry, speed_m_s, now_ns) else None
+    known = usable(corridor, odometry, speed_m_s, now_ns)
+    pursuit = pursue(corridor, odometry, speed_m_s, vehicle.wheelbase_m, corridor_free) if known else None
     if pursuit is None:
         angle, braking = previous.road_wheel_angle_rad, limits.braking_max_m_s2
     else:
@@ -54,9 +59,6 @@ def safe_stop(
         lights=previous.lights,
         wipers=previous.wipers,
     )
-
-
-WALKING_M_S = 5 / 3.6  # an operator may always creep: the corridor is the automation's opinion of what is free
 
 
 def speed_for_distance_m_s(distance_m: float, reaction_s: float, braking_m_s2: float, jerk_m_s3: float) -> float:

@@ -12,13 +12,14 @@ from vehicle_gateway.authority import Authority
 from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.corridor import Corridor, Odometry
 from vehicle_gateway.failsafe import Cause, FailsafeLimits
+from vehicle_gateway.free_way import Surroundings
 from vehicle_gateway.gate import GateLimits
 from vehicle_gateway.hand_over import HandOverLimits
 from vehicle_gateway.lease import Lease
 from vehicle_gateway.link_quality import CapLimits, LoopAges, SpeedCap
 from vehicle_gateway.safe_stop import StopLimits
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene, TakeoverRequest
-from wire.messages.base import Count, Message, Name, Speed, Text, TimeNs
+from wire.messages.base import Count, Length, Message, Name, Speed, Text, TimeNs
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import HandOverReply, HandOverRequest, LeaseReply, LeaseRequest
@@ -96,6 +97,9 @@ class State(Message):
     cap: SpeedCap = SpeedCap(cap_m_s=0.0, bad_ns=0)
     odometry: Odometry = Odometry()
     corridor: Corridor = Corridor()
+    around: Surroundings = Surroundings()
+    corridor_free: Count | None = None  # so many of the corridor's points are free now; None: all
+    held_m: Length | None = 0.0  # without a usable corridor: how far the way with the wheels as they are is free; None: not known
     applied: Actuation = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
     hand_over: HandOver = HandOver(number=0, action="", state="", rule="")
     granted_ns: TimeNs = 0

@@ -11,7 +11,7 @@ from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
 from tower.window.hud import Hud
 from tower.window.layout import layout
-from tower.window.looks import AMBER
+from tower.window.looks import AMBER, VERMILION
 from tower.window.picture_age import PictureSeen
 from tower.window.picture_layout import Box
 from tower.window.road_model import loop_s, road_view
@@ -25,7 +25,7 @@ from wire.messages.automation import Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import OperatorStatus
 from wire.messages.sensing import Pose as MapPose
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, StopWay, VehicleDescription, VehicleState
 
 CAR = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 NOW = 50_000_000_000_000
@@ -212,6 +212,59 @@ def test_a_car_that_stops_by_itself_shows_its_corridor() -> None:
     assert view is not None and view.corridor is not None and view.until_stop is None
     assert np.allclose(view.corridor.left, [(4.0, CAR.width_m / 2), (8.0, CAR.width_m / 2)])
     assert road_view(sights(status(Mode.SAFE_STOP))) is None
+
+
+def test_an_operator_who_drives_sees_where_the_car_would_stop_by_itself_were_all_silent_now() -> None:
+    """A corridor of 40 m of which 20 are free; the axle would stand after 10 m, the bumper 3.6 m farther."""
+    said = scene(4.0, NOW - 80 * MS, tuple((100.0 + x, 40.0) for x in range(41)))
+    status_said = replace(status(Mode.REMOTE), stop_way=StopWay(along="corridor", free_m=20.0, stop_m=10.0))
+    view = road_view(sights(status_said, scene=Received(said, NOW)))
+    assert view is not None and view.corridor is not None and not view.stopping
+    assert view.corridor.left[-1] == pytest.approx((20.0, CAR.width_m / 2))
+    assert view.blind_end == (pytest.approx((10.0 + FRONT_M, CAR.width_m / 2)), pytest.approx((10.0 + FRONT_M, -CAR.width_m / 2)))
+
+
+def test_a_stop_that_would_not_end_within_the_corridor_has_no_line_across_it() -> None:
+    said = scene(4.0, NOW - 80 * MS, tuple((100.0 + x, 40.0) for x in range(8)))
+    status_said = replace(status(Mode.REMOTE), stop_way=StopWay(along="corridor", free_m=7.0, stop_m=9.0))
+    view = road_view(sights(status_said, scene=Received(said, NOW)))
+    assert view is not None and view.corridor is not None and view.blind_end is None
+
+
+@pytest.mark.parametrize("along", ["held", ""])
+@pytest.mark.parametrize("mode", [Mode.REMOTE, Mode.HANDING_BACK, Mode.SAFE_STOP])
+def test_without_a_corridor_the_way_of_the_blind_stop_is_that_of_the_wheels_as_they_are(mode: Mode, along: str) -> None:
+    """Straight wheels: 6 m on. Wheels to the left: the end lies to the left."""
+    said = replace(status(mode), stop_way=StopWay(along=along, free_m=0.0, stop_m=6.0))
+    view = road_view(sights(said))
+    assert view is not None and view.blind_end is not None and view.corridor is not None
+    assert view.blind_end[0] == pytest.approx((6.0 + FRONT_M, CAR.width_m / 2))
+    assert view.stopping is (mode is Mode.SAFE_STOP)
+    turned = replace(state(4.0), road_wheel_angle_rad=0.2)
+    left = road_view(sights(said, state=Received(turned, NOW)))
+    assert left is not None and left.blind_end is not None
+    assert left.blind_end[0][1] > view.blind_end[0][1] + 0.5
+
+
+def test_a_car_that_stands_or_goes_backwards_shows_no_way_it_would_hold() -> None:
+    standing = replace(status(Mode.SAFE_STOP), stop_way=StopWay(along="held", stop_m=0.2))
+    assert road_view(sights(standing)) is None
+    backwards = replace(status(Mode.SAFE_STOP), stop_way=StopWay(along="held", stop_m=2.0))
+    assert road_view(sights(backwards, state=Received(state(-1.0, Gear.REVERSE), NOW))) is None
+
+
+def is_vermilion(pixels: np.ndarray, row: int, column: int) -> bool:
+    return bool((np.abs(pixels[row - 2 : row + 3, column].astype(int) - VERMILION).max(axis=-1) < 12).any())
+
+
+def test_the_line_of_the_blind_stop_stands_across_the_road_where_the_bumper_would() -> None:
+    said = scene(8.0, NOW - 80 * MS, tuple((100.0 + x, 40.0) for x in range(41)))
+    status_said = replace(status(Mode.REMOTE), stop_way=StopWay(along="corridor", free_m=30.0, stop_m=11.0))
+    seen = sights(status_said, speed_m_s=8.0, scene=Received(said, NOW))
+    pixels = drawn(seen)
+    for left_m in (-0.6, 0.0, 0.6):
+        assert is_vermilion(pixels, *pixel_of(11.0 + FRONT_M, left_m, (1280, 720)))
+        assert not is_vermilion(pixels, *pixel_of(8.0 + FRONT_M, left_m, (1280, 720)))
 
 
 def drawn(seen: Sights, size: tuple[int, int] = (1280, 720)) -> np.ndarray:

@@ -29,6 +29,7 @@ DEAD = Ages(
     autonomy_ms=NEVER,
     autonomy_status_ms=NEVER,
     autonomy_healthy=False,
+    way_known=False,
 )
 OPERATOR = {Cause.COMMAND_LOST, Cause.PICTURE_LOST, Cause.LOOP_TOO_SLOW}
 
@@ -39,6 +40,7 @@ EDGES = [
     ("ecu_following", True, False, Cause.ECU_FAULT, Source.OPERATOR),
     ("ecu_following", True, False, Cause.ECU_FAULT, Source.AUTONOMY),
     ("command_ms", 120.0, 120.1, Cause.COMMAND_SILENT, Source.OPERATOR),
+    ("way_known", True, False, Cause.WAY_UNKNOWN, Source.OPERATOR),
     ("picture_ms", 200.0, 200.1, Cause.PICTURE_LOST, Source.OPERATOR),
     ("loop_too_slow_s", 0.99, 1.0, Cause.LOOP_TOO_SLOW, Source.OPERATOR),
     ("autonomy_ms", 200.0, 200.1, Cause.AUTONOMY_LOST, Source.AUTONOMY),
@@ -75,7 +77,7 @@ def test_causes_come_worst_first_and_only_late_commands_are_recoverable():
     assert active_causes(DEAD, Source.OPERATOR, Source.AUTONOMY, LIMITS) == tuple(Cause) == tuple(RULES)
     responses = [rule.response for rule in RULES.values()]
     assert responses == sorted(responses, reverse=True)
-    assert [cause for cause in Cause if RULES[cause].event is None] == [Cause.COMMAND_SILENT]
+    assert [cause for cause in Cause if RULES[cause].event is None] == [Cause.COMMAND_SILENT, Cause.WAY_UNKNOWN]
 
 
 def test_a_cause_that_stops_tells_the_authority_and_no_other_does():
@@ -101,6 +103,7 @@ CLEARS = [
     (Cause.AUTONOMY_LOST, {"autonomy_status_ms": 500.1}, {"autonomy_status_ms": 500.0}),
     (Cause.AUTONOMY_LOST, {"autonomy_healthy": False}, {"autonomy_healthy": True}),
     (Cause.COMMAND_SILENT, {"command_ms": 120.1}, {"command_ms": 120.0}),
+    (Cause.WAY_UNKNOWN, {"way_known": False}, {"way_known": True}),
 ]
 
 
@@ -133,6 +136,7 @@ def test_every_cause_tells_the_authority_who_was_lost_and_the_operator_what_happ
         Cause.LOOP_TOO_SLOW: Event.OPERATOR_LOST,
         Cause.AUTONOMY_LOST: Event.AUTONOMY_LOST,
         Cause.COMMAND_SILENT: None,
+        Cause.WAY_UNKNOWN: None,
     }
     assert {cause: rule.event for cause, rule in RULES.items()} == lost
     assert all(rule.text and rule.when and rule.clears for rule in RULES.values())

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, pursue, usable
+from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, pursue, shift_of, usable
 from wire.messages.automation import Scene
 
 WHEELBASE = 2.7
@@ -68,7 +68,8 @@ def test_a_point_of_the_scene_is_seen_from_the_car_where_it_really_is(speed, yaw
     then = (120.0, -40.0, heading)
     truth = on_circle(speed, yaw_rate, age_ms / 1000.0, *then)
     odometry = Odometry(x_m=start[0], y_m=-start[0] / 2, heading_rad=start[1])
-    kept = keep_corridor(scene(*then, (point,), NOW - age_ms * 1_000_000), odometry, speed, yaw_rate, NOW)
+    seen = scene(*then, (point,), NOW - age_ms * 1_000_000)
+    kept = keep_corridor(seen, shift_of(seen, odometry, speed, yaw_rate, NOW))
     assert len(kept.points) == 1
     found = seen_from(odometry.x_m, odometry.y_m, odometry.heading_rad, kept.points[0])
     assert found == pytest.approx(seen_from(*truth, point), abs=0.02 + 0.01 * hypot(*point) * abs(yaw_rate))

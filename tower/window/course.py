@@ -87,8 +87,8 @@ def strip(begin: Pose, begin_m: float, end_m: float, road_wheel_angle_rad: float
     poses = [moved(begin, way, curvature) for way in _ways(begin_m, end_m, curvature)]
     front_m, half_m = car.length_m - car.rear_overhang_m, car.width_m / 2
     inner = 1.0 if curvature >= 0 else -1.0
-    swept = tuple(_beside(pose, 0.0, inner * half_m) for pose in poses) + (_beside(poses[-1], front_m, inner * half_m),)
-    outer = tuple(_beside(pose, front_m, -inner * half_m) for pose in poses)
+    swept = tuple(beside(pose, 0.0, inner * half_m) for pose in poses) + (beside(poses[-1], front_m, inner * half_m),)
+    outer = tuple(beside(pose, front_m, -inner * half_m) for pose in poses)
     return Strip(left=swept, right=outer) if inner > 0 else Strip(left=outer, right=swept)
 
 
@@ -102,7 +102,7 @@ def _ways(begin_m: float, end_m: float, curvature_1_m: float) -> list[float]:
     return ways
 
 
-def _beside(pose: Pose, ahead_m: float, left_m: float) -> XY:
+def beside(pose: Pose, ahead_m: float, left_m: float) -> XY:
     c, s = cos(pose.heading_rad), sin(pose.heading_rad)
     return pose.x_m + ahead_m * c - left_m * s, pose.y_m + ahead_m * s + left_m * c
 
@@ -115,8 +115,8 @@ def ribbon(middle: Sequence[XY], width_m: float) -> Strip | None:
     for i, (x, y) in enumerate(middle):
         before, after = middle[max(i - 1, 0)], middle[min(i + 1, len(middle) - 1)]
         pose = Pose(x, y, atan2(after[1] - before[1], after[0] - before[0]))
-        left.append(_beside(pose, 0.0, width_m / 2))
-        right.append(_beside(pose, 0.0, -width_m / 2))
+        left.append(beside(pose, 0.0, width_m / 2))
+        right.append(beside(pose, 0.0, -width_m / 2))
     return Strip(left=tuple(left), right=tuple(right))
 
 

@@ -1,15 +1,16 @@
 """Sights -> RoadView: what is drawn on the road in the picture. Pure.
 
-The path is shown while the operator's wheel counts or is about to; the stopping corridor while the car stops by itself along
-it; the place of a request as long as it is open. Nothing is drawn over a picture that is frozen: it is no longer the road.
+The path is shown while the operator's wheel counts or is about to; the way of a stop by itself while he drives, and while the
+car takes it; the place of a request as long as it is open. Nothing is drawn over a frozen picture: it is no longer the road.
 """
 
-from tower.window.course import Motion, Pose, Strip, in_car_frame, moved, predicted, ribbon, stopping_distance_m, strip
+from tower.window.course import XY, Motion, Pose, Strip, in_car_frame, moved, predicted, stopping_distance_m, strip
 from tower.window.looks import known_mode
 from tower.window.picture_age import PictureState, age_ns, picture_state
 from tower.window.picture_layout import FRONT
 from tower.window.projection import camera_named
 from tower.window.sights import Sights
+from tower.window.stop_way import way_held, way_of_corridor
 from tower.window.views import RoadView
 from wire.messages.automation import Scene
 from wire.messages.base import Gear
@@ -21,6 +22,9 @@ LOOK_AHEAD_S = 3.0  # ours: how far the path goes on beyond the stopping line
 _SHORTEST_M, _LONGEST_M = 7.0, 45.0
 _LOOP_MAX_S = 1.0  # beyond it the car has stopped by itself
 _SCENE_APART_MAX_S = 1.0
+_SHORTEST_STOP_M = 0.3  # a car that hardly moves shows no way it would hold
+HELD = "held"
+_STOPS_ALONG = (Mode.REMOTE, Mode.HANDING_BACK, Mode.SAFE_STOP)
 _STEERED = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
 
 
@@ -32,7 +36,7 @@ def road_view(sights: Sights) -> RoadView | None:
     if camera is None or sights.picture is None or mode is None or state is PictureState.FROZEN:
         return None
     path = _path(sights, mode)
-    corridor = _corridor(sights) if mode is Mode.SAFE_STOP else None
+    corridor, blind_end = _stop_way(sights) if mode in _STOPS_ALONG else (None, None)
     place = _place(sights)
     if path is None and corridor is None and place is None:
         return None
@@ -44,6 +48,8 @@ def road_view(sights: Sights) -> RoadView | None:
         stop_text=f"stop {stop_m:.0f} m" if path is not None else "",
         driving=mode is not Mode.HANDING_OVER,
         corridor=corridor,
+        stopping=mode is Mode.SAFE_STOP,
+        blind_end=blind_end,
         place=place,
         place_text=_distance_text(sights, place),
     )
@@ -93,13 +99,23 @@ def _pose_at_capture(sights: Sights, scene: Scene) -> Pose:
     return moved(Pose(scene.x_m, scene.y_m, scene.heading_rad), scene.speed_m_s * apart_s, curvature)
 
 
-def _corridor(sights: Sights) -> Strip | None:
-    scene, car = sights.fresh_scene, sights.description
-    if scene is None or car is None:
-        return None
+def _stop_way(sights: Sights) -> tuple[Strip | None, tuple[XY, XY] | None]:
+    """Where the car stops by itself, or would; beyond walking pace backwards it never drives, and there it holds the wheels."""
+    scene, car, state, status = sights.fresh_scene, sights.description, sights.fresh_state, sights.status
+    if car is None or status is None:
+        return None, None
+    way = status.message.stop_way
+    middle = _middle(sights, scene) if scene is not None and way.along != HELD else []
+    if middle:
+        return way_of_corridor(middle, way, car)
+    if state is None or way.stop_m < _SHORTEST_STOP_M or state.speed_m_s < 0.0:
+        return None, None
+    return way_held(way, state.road_wheel_angle_rad, car)
+
+
+def _middle(sights: Sights, scene: Scene) -> list[XY]:
     at = _pose_at_capture(sights, scene)
-    middle = [in_car_frame(point, at.x_m, at.y_m, at.heading_rad) for point in scene.stopping_corridor]
-    return ribbon(middle, car.width_m)
+    return [in_car_frame(point, at.x_m, at.y_m, at.heading_rad) for point in scene.stopping_corridor]
 
 
 def _place(sights: Sights) -> tuple[float, float] | None:

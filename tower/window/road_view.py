@@ -50,7 +50,9 @@ def _painted(surface: pygame.Surface, shown: Box, view: RoadView, camera: Ground
             return []
         pen = _Pen(pixels, surface, camera, zoom, scale)
         _draw_corridor(pen, view)
-        return [*_draw_path(pen, view), *_draw_place(pen, view)]
+        labels = _draw_path(pen, view)
+        _draw_blind_end(pen, view)
+        return [*labels, *_draw_place(pen, view)]
 
 
 class _Pen:
@@ -93,12 +95,18 @@ def _draw_path(pen: _Pen, view: RoadView) -> list[Label]:
 
 
 def _draw_corridor(pen: _Pen, view: RoadView) -> None:
-    if view.corridor is None:
-        return
-    left, right = pen.at(view.corridor.left), pen.at(view.corridor.right)
-    pen.area([*left, *reversed(right)], VERMILION, _FILL_SHARE)
-    for edge in (left, right):
-        pen.line(edge, 3.0, VERMILION)
+    """The way of a stop by itself: filled while the car takes it, else its edges alone; a line where the car would stand."""
+    if view.corridor is not None:
+        left, right = pen.at(view.corridor.left), pen.at(view.corridor.right)
+        if view.stopping:
+            pen.area([*left, *reversed(right)], VERMILION, _FILL_SHARE)
+        for edge in (left, right):
+            pen.line(edge, 3.0 if view.stopping else 1.5, VERMILION)
+
+
+def _draw_blind_end(pen: _Pen, view: RoadView) -> None:
+    if view.blind_end is not None:
+        pen.line(pen.at(view.blind_end), 5.0, VERMILION)
 
 
 def _draw_place(pen: _Pen, view: RoadView) -> list[Label]:

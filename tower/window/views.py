@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from tower.window.age_history import Sample
 from tower.window.checks import Check
-from tower.window.course import Strip
+from tower.window.course import XY, Strip
 from tower.window.drive_log import Stretch
 from tower.window.looks import Look
 from tower.window.picture_age import PictureState
@@ -136,7 +136,9 @@ class RoadView:
     whole: Strip | None  # the same and farther on at this angle of the wheel
     stop_text: str
     driving: bool  # False: the path is a preview, the operator does not drive yet
-    corridor: Strip | None  # the car stops by itself along it
+    corridor: Strip | None  # the way the car stops along by itself, as far as it is free
+    stopping: bool  # it does so now; else it would, were everybody silent from now on
+    blind_end: tuple[XY, XY] | None  # across it, where the car would stand
     place: tuple[float, float] | None  # of the open request
     place_text: str
 

@@ -86,6 +86,14 @@ class HandOver(Message):
     rule: Text
 
 
+class StopWay(Message):
+    """The way that a stop would take that begins with everybody silent now; metres of the rear axle, from the car on."""
+
+    along: Name = ""  # corridor: tracked closed loop; held: the wheels as they are; "": the same, nothing is known of it
+    free_m: Length = 0.0  # how much of it is known to be free
+    stop_m: Length = 0.0  # where the car would stand, the silence until it brakes included
+
+
 class GatewayStatus(Message):
     """20 Hz and on change. Only the authority owns the mode; everybody else displays it."""
 
@@ -107,6 +115,7 @@ class GatewayStatus(Message):
     stop_number: Count  # last TowerStop received: the confirmation of STOP
     stops_in_ten_minutes: Count
     dropped: dict[Name, Count]  # messages dropped since start, by reason
+    stop_way: StopWay = StopWay()
 
 
 class CameraCalibration(Message):
