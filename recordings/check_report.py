@@ -8,7 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from recordings.check import Tally
-from recordings.provenance import PACKAGE, versions
+from recordings.provenance import versions
+from wire.software import PACKAGE
 
 
 def show_check(path: Path, tallies: Sequence[Tally], recorded_by: dict[str, str], console: Console) -> None:

@@ -1,4 +1,4 @@
-"""`recordings record | info | recover | replay`. What a person can fix is told in one line, exit code 2, no traceback."""
+"""`recordings record | info | recover | audit | replay`. What a person can fix is told in one line, exit code 2, no traceback."""
 
 import sys
 import threading
@@ -10,6 +10,8 @@ import msgspec
 import typer
 from rich.console import Console
 
+from recordings.audit.report import report_of
+from recordings.audit.report import show as show_audit
 from recordings.check import check as check_steps
 from recordings.check import installed_replays
 from recordings.check_report import show_check
@@ -63,6 +65,21 @@ def recover(
 ) -> None:
     """Save every complete message of a truncated recording, or join the parts of one drive; the originals are kept."""
     raise typer.Exit(_told(lambda: _recover(recordings or [_named(None, config)], output)))
+
+
+@app.command()
+def audit(
+    file: Annotated[Path, typer.Argument(help="a recording, or a car's own NAME.audit.jsonl")],
+    authority: Annotated[
+        Path | None, typer.Option(help="certificate of the authority that issued the car's; default: the user's own")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="the report as JSON, and nothing else")] = False,
+) -> None:
+    """Verify the audit trail, record by record, and list the numbered remote drives.
+
+    Exit code 1: a record was changed, removed, moved, inserted or cut, or a signature does not fit.
+    """
+    raise typer.Exit(_told(lambda: _audit(file, authority, json)))
 
 
 @app.command()
@@ -140,6 +157,15 @@ def _info(recording: Path, as_json: bool) -> int:
     else:
         show(summary, Console())
     return 0
+
+
+def _audit(path: Path, authority: Path | None, as_json: bool) -> int:
+    report = report_of(path, authority)
+    if as_json:
+        sys.stdout.write(msgspec.json.format(encode(report), indent=2).decode("utf-8") + "\n")
+    else:
+        show_audit(report, Console())
+    return 0 if report.holds else 1
 
 
 def _check(path: Path) -> int:

@@ -6,7 +6,6 @@ configuration was checked before: a file that is named but not found is noted, a
 
 import platform
 import re
-import subprocess
 import tomllib
 from dataclasses import dataclass
 from importlib import metadata
@@ -14,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from wire.configuration import shipped
+from wire.software import PACKAGE, commit, version_of
 
-PACKAGE = "remote-operation-tower"
 _NAMED_FILES = (  # attachment, where the configuration names the file, folder it stands in
     ("scenario", ("vehicle_gateway", "simulation", "scenario"), "scenarios"),
     ("map", ("autonomy", "map"), "maps"),
@@ -76,16 +75,9 @@ def _find(named: str, beside: Path, folder: str) -> Path | None:
 
 def versions() -> dict[str, str]:
     """Our version, the commit when run from a work tree, Python's, and those of the dependencies that are installed."""
-    found = {PACKAGE: _version(PACKAGE), "commit": _commit(), "python": platform.python_version(), "system": platform.platform()}
-    found.update({name: _version(name) for name in _dependencies()})
+    found = {PACKAGE: version_of(PACKAGE), "commit": commit(), "python": platform.python_version(), "system": platform.platform()}
+    found.update({name: version_of(name) for name in _dependencies()})
     return {name: version for name, version in found.items() if version}
-
-
-def _version(distribution: str) -> str:
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:
-        return ""
 
 
 def _dependencies() -> list[str]:
@@ -95,21 +87,3 @@ def _dependencies() -> list[str]:
     except metadata.PackageNotFoundError:
         return sorted(distribution.name for distribution in metadata.distributions())
     return sorted(re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in required if "extra ==" not in line)
-
-
-def _commit() -> str:
-    """Commit of the work tree we run from, "-dirty" when changed since; "" without one."""
-    root = Path(__file__).resolve().parent.parent
-    if not (root / ".git").exists():
-        return ""
-    try:
-        found = subprocess.run(
-            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40"],
-            capture_output=True,
-            text=True,
-            timeout=5,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
-    return found.stdout.strip() if found.returncode == 0 else ""

@@ -14,10 +14,10 @@ from mcap.reader import make_reader
 
 from recordings.compressed_video import decode_video
 from recordings.errors import DAMAGE, RecordingError
-from recordings.provenance import PACKAGE
 from recordings.writer import UNDECODABLE, VIDEO, Undecodable
 from wire.messages.base import Message, decoder
 from wire.picture import EncodedPicture, pack_picture
+from wire.software import PACKAGE
 from wire.topics import TOPICS
 
 MAGIC = bytes((0x89, 0x4D, 0x43, 0x41, 0x50, 0x30, 0x0D, 0x0A))  # mcap.dev/spec: first and last of every file
@@ -77,6 +77,10 @@ class Recording:
                     f"{self.path}: a {channel.topic} message does not fit this version: {error}; "
                     f"read it with the version that recorded it ({self._made_by()})"
                 ) from None
+
+    def raw(self, topic: str) -> Iterator[tuple[int, bytes]]:
+        """(log_ns, payload) of one topic, not decoded: for whoever has to say what is wrong with it."""
+        return ((record.log_time, record.data) for _, _, record in self._records(topic))
 
     def pictures(self, camera: str) -> Iterator[tuple[int, EncodedPicture]]:
         """(log_ns, picture) of one camera, capture_ns on the vehicle clock. A decoder starts at the first IDR."""

@@ -18,7 +18,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 
 from recordings.errors import DAMAGE, RecordingError
-from recordings.provenance import PACKAGE
+from wire.software import PACKAGE
 
 _RECORD_MAX_BYTES = 1 << 28  # 256 MB: a length beyond it is damage (some writers leave 2^64-1 behind)
 

@@ -16,13 +16,14 @@ from mcap.writer import CompressionType, Writer
 
 from recordings import compressed_video
 from recordings.errors import RecordingError
-from recordings.provenance import PACKAGE, Provenance
+from recordings.provenance import Provenance
 from recordings.schemas import json_schema
 from recordings.stamps import Clocks, publish_time_ns, stamp_field
 from wire.messages import base
 from wire.messages.base import Message, Text, TimeNs, decoder, encode
 from wire.messages.operating import OperatorStatus
 from wire.picture import unpack_picture
+from wire.software import PACKAGE
 from wire.topics import TOPICS
 
 UNDECODABLE = "undecodable"

@@ -13,6 +13,9 @@ from pathlib import Path
 
 import msgspec
 
+from vehicle_gateway.audit.file import audit_file
+from vehicle_gateway.audit.log import AuditLog
+from vehicle_gateway.audit.open import open_audit
 from vehicle_gateway.can.bus import Bus, open_bus
 from vehicle_gateway.can.cyclic import Sent
 from vehicle_gateway.can.settings import CanSettings
@@ -65,9 +68,10 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
         inbox = Inbox(link, boot_id, car)
         with (
             Journal(link, sections["vehicle"], settings.limits) as journal,
+            open_audit(link, audit_file(file), config, wire.link, boot_id, settings.map_origin, clock) as audit,
             open_car(settings.can, car, inbox, clock, wire.pace.fifo_priority) as bus,
         ):
-            gateway = Gateway(link, bus, inbox, memory, journal, clock, sections["vehicle"], settings, remembered, car)
+            gateway = Gateway(link, bus, inbox, memory, journal, audit, clock, sections["vehicle"], settings, remembered, car)
             can = f"{settings.can.interface} {settings.can.channel}"
             where = {"hub": wire.link.car_hub, "can": can, "boot_id": boot_id}
             log.info("started", extra=fields(vehicle=wire.link.vehicle_id, **where))
@@ -88,6 +92,7 @@ class Gateway:
         inbox: Inbox,
         memory: Memory,
         journal: Journal,
+        audit: AuditLog,
         clock: Clock,
         vehicle: VehicleDescription,
         settings: VehicleGatewaySettings,
@@ -95,7 +100,7 @@ class Gateway:
         car: CarBus,
     ) -> None:
         self._link, self._bus, self._inbox, self._memory, self._clock = link, bus, inbox, memory, clock
-        self._journal, self._manager = journal, NOBODY
+        self._journal, self._audit, self._manager = journal, audit, NOBODY
         self._codec, self._sent = car.codec, Sent()
         self._vehicle, self._limits = vehicle, settings.limits
         self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
@@ -126,6 +131,7 @@ class Gateway:
                 now_ns, deadline_ns = self._wait(deadline_ns)
                 self._cycle(now_ns)
         except Exception:  # noqa: BLE001 - whatever it is: the car must stop, and the ECU does that when we are silent
+            self._audit.ending = "the gateway ended by an error"
             log.exception("ended by an error; the ECU stops the car")
             return 1
         return 0
@@ -176,7 +182,9 @@ class Gateway:
 
     def _publish(self, before: State, inputs: Inputs, outputs: Outputs, now_ns: int, sent_ns: int) -> None:
         self._number += 1
-        self._journal.keep(Entry(self._number, now_ns, before, inputs, self.state, outputs, sent_ns))
+        cycle = Entry(self._number, now_ns, before, inputs, self.state, outputs, sent_ns)
+        self._journal.keep(cycle)
+        self._audit.keep(cycle)
         changed = before.authority != self.state.authority or before.hand_over != self.state.hand_over
         if before.authority.mode != self.state.authority.mode:
             self._tell_mode()
@@ -214,7 +222,12 @@ class Gateway:
 
     def _dropped(self) -> dict[str, int]:
         lost = {"cycles not recorded": self._journal.dropped, "latches not saved": self._memory.failed}
-        return self._inbox.all_dropped() | self._bus.dropped | {name: count for name, count in lost.items() if count}
+        return (
+            self._inbox.all_dropped()
+            | self._bus.dropped
+            | self._audit.dropped
+            | {name: count for name, count in lost.items() if count}
+        )
 
 
 def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_now_ns: int) -> State:

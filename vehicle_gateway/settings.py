@@ -1,5 +1,6 @@
 """The [vehicle_gateway] section."""
 
+from vehicle_gateway.audit.position import MapOrigin
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.simulation.settings import SimulationSettings
 from vehicle_gateway.state import GatewayLimits
@@ -10,6 +11,7 @@ from wire.messages.base import Message, Text
 
 class VehicleGatewaySettings(Message):
     memory: Text = ""  # file for epochs and latches; "" is ~/.local/state/remote-operation-tower/<vehicle id>.json
+    map_origin: MapOrigin | None = None  # where the map lies on the earth; without it positions are the map's own
     limits: GatewayLimits = GatewayLimits()
     can: CanSettings = CanSettings()
     video: VideoSettings = VideoSettings()

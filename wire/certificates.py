@@ -144,6 +144,15 @@ def authority_of(folder: Path) -> Pair:
         raise CertificateError(f"{folder / AUTHORITY}.key: damaged or unreadable: {error}; {MAKE} --renew") from None
 
 
+def pair_of(folder: Path, role: Role) -> Pair:
+    """A role's own key and certificate. Raises CertificateError when they cannot be used."""
+    try:
+        return read_pair((folder / f"{role}.key").read_bytes(), (folder / f"{role}.pem").read_bytes())
+    except (ValueError, OSError) as error:
+        fix = IMPORT if is_imported(folder) else MAKE
+        raise CertificateError(f"{folder / role}.key: damaged or unreadable: {error}; {fix}") from None
+
+
 def write_pem(folder: Path, name: str, key_pem: bytes | None, certificate_pem: bytes) -> None:
     """NAME.pem, and NAME.key for its owner's eyes only. Raises OSError."""
     if key_pem is not None:

@@ -7,7 +7,7 @@ A level is a state: the newest counts and a lost one heals. An event counts each
 from dataclasses import dataclass
 from enum import StrEnum
 
-from wire.messages import automation, health, operating, sensing, session, steps, vehicle
+from wire.messages import audit, automation, health, operating, sensing, session, steps, vehicle
 from wire.messages.base import Message
 
 
@@ -149,6 +149,7 @@ TOPICS: dict[str, Topic] = {
         _topic("wheel_speeds", sensing.WheelSpeeds, 50, R.SIMULATE, {R.AUTONOMY}, T.STATE),
         _topic("object_list", sensing.ObjectList, 10, R.SIMULATE, {R.AUTONOMY}, T.BULK),
         _topic("gateway_cycle", vehicle.GatewayCycle, 100, R.VEHICLE_HUB, set(), T.RECORD, K.EVENT),
+        _topic("audit", audit.AuditRecord, 0, R.VEHICLE_HUB, set(), T.RECORD, K.EVENT),
         _topic("monitor_step", steps.MonitorStep, 10, R.AUTONOMY, set(), T.BULK, K.EVENT),
         _topic("video", None, 30, R.VIDEO, set(), T.BULK, K.EVENT),
         _topic("played_video", None, 30, R.VEHICLE_HUB, {R.VIDEO}, T.BULK, K.EVENT, recorded=False),  # a recording, played

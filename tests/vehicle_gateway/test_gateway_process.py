@@ -11,12 +11,19 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
+from cryptography import x509
 
+from recordings.audit.drives import remote_drives
+from recordings.audit.source import read_lines, readable
+from recordings.audit.verify import verify
+from vehicle_gateway.audit.file import audit_file
+from vehicle_gateway.authority import Event
 from vehicle_gateway.can.bus import Bus, open_bus
 from vehicle_gateway.can.codec import FOLLOWING
 from vehicle_gateway.can.ecu_codec import (
@@ -31,10 +38,12 @@ from vehicle_gateway.can.ecu_codec import (
 )
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.settings import CanSettings
+from vehicle_gateway.failsafe import RULES
 from wire import certificates
 from wire.clock import Clock
 from wire.configuration import shipped
 from wire.link import open_link
+from wire.messages.audit import AuditKind
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import DriveCommand, TowerStop
 from wire.messages.sensing import CameraStatus
@@ -297,6 +306,22 @@ def test_a_drive_from_standby_to_remote_a_forger_a_silence_and_a_kill(around):
     second = tower.ask_lease()
     assert second.epoch > used > first.epoch
     assert second.key_hex != first.key_hex
+
+
+def test_the_audit_trail_of_that_story_is_whole_and_numbers_its_drives(site: Site):
+    """Two drives, both ended by a safe stop; a kill, and a start behind it. Runs on what the story before it left."""
+    lines = read_lines(audit_file(site.memory))
+    authority = x509.load_pem_x509_certificate((Path(site.link.certificates) / "authority.pem").read_bytes())
+    assert verify(lines, authority).problems == ()
+    entries = [each.entry for each in readable(lines)]
+    drives = remote_drives(entries)
+    assert [(drive.number, drive.operator) for drive in drives] == [(1, "ann"), (2, "ann")]
+    operator_lost = {rule.text for rule in RULES.values() if rule.event is Event.OPERATOR_LOST}
+    assert {drive.end_cause.removeprefix("stands: ") for drive in drives} <= operator_lost
+    assert all(drive.failsafes for drive in drives)
+    starts = [entry for entry in entries if entry.kind is AuditKind.START]
+    assert len({entry.boot_id for entry in starts}) == 2
+    assert {entry.configuration_sha256 for entry in starts} == {sha256(site.config.read_bytes()).hexdigest()}
 
 
 def test_stop_needs_no_lease_and_a_gateway_asked_to_end_ends_soon_and_well(around):

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import inspect
 
-from wire.messages import automation, health, operating, sensing, session, vehicle
+from wire.messages import audit, automation, health, operating, sensing, session, vehicle
 from wire.messages.base import Gear, Indicators, Message, decoder, encode
 
-MODULES: tuple[ModuleType, ...] = (automation, health, operating, sensing, session, vehicle)
+MODULES: tuple[ModuleType, ...] = (audit, automation, health, operating, sensing, session, vehicle)
 MESSAGES = sorted(
     {
         type_
@@ -57,6 +57,8 @@ def values(kind: inspect.Type) -> st.SearchStrategy[object]:
             return st.integers(kind.ge, kind.le)
         case inspect.StrType(pattern="^(left|right)$"):
             return st.sampled_from(["left", "right"])
+        case inspect.StrType(pattern="^[0-9a-f]{64}$" | "^([0-9a-f]{64})?$" | "^([0-9a-f]{2}){0,80}$"):
+            return st.binary(min_size=32, max_size=32).map(bytes.hex)
         case inspect.StrType():
             return st.text(st.characters(codec="utf-8"), max_size=min(kind.max_length or 20, 20))
         case inspect.BoolType():
