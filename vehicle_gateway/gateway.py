@@ -58,7 +58,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     wire: WireSettings = sections["wire"]
     settings: VehicleGatewaySettings = sections["vehicle_gateway"]
     refuse_on_a_road(settings, wire.link.accepts_script)
-    car = car_bus_of(settings.can)
+    car = car_bus_of(settings.can, sections["vehicle"])
     link_settings = override(wire.link, "", connect, listen)
     file = Path(settings.memory) if settings.memory else default_file(wire.link.vehicle_id)
     remembered = recall(file)

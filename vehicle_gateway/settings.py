@@ -1,7 +1,7 @@
 """The [vehicle_gateway] section."""
 
 from vehicle_gateway.audit.position import MapOrigin
-from vehicle_gateway.can.settings import CanSettings
+from vehicle_gateway.can.settings import TOYOTA, CanSettings
 from vehicle_gateway.simulation.settings import SimulationSettings
 from vehicle_gateway.state import GatewayLimits
 from vehicle_gateway.video.settings import VideoSettings
@@ -30,6 +30,10 @@ def refuse_on_a_road(settings: VehicleGatewaySettings, accepts_script: bool) -> 
         (
             settings.limits.authority.engage_autonomously,
             "[vehicle_gateway.limits.authority] engage_autonomously = true: it must not set off by itself; set it to false",
+        ),
+        (
+            settings.can.vehicle == TOYOTA and not settings.can.watchdog_box,
+            "[vehicle_gateway.can] watchdog_box = false: without commands a Toyota rolls on; put a device between that brakes it",
         ),
     )
     for wrong, text in refused:

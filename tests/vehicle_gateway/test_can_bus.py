@@ -1,5 +1,6 @@
 """The bus between threads and sockets of this machine. Every wait is for an arrival, never for time."""
 
+import errno
 import os
 import queue
 import socket
@@ -9,7 +10,7 @@ import msgpack
 import pytest
 from can.interfaces.udp_multicast.utils import unpack_message
 
-from vehicle_gateway.can.bus import _pack, _unpack, open_bus
+from vehicle_gateway.can.bus import Bus, _pack, _unpack, open_bus
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.settings import CanSettings
 from wire.clock import Clock
@@ -136,3 +137,51 @@ def test_a_frame_that_the_closed_bus_refuses_is_counted_and_does_not_raise():
         pass
     assert not bus.send(FRAME)
     assert sum(bus.dropped.values()) == 1
+
+
+def test_two_buses_on_one_kernel_interface_are_refused_with_the_fix():
+    with (
+        pytest.raises(ConfigurationError, match="name a second one with actuator_channel"),
+        listening(CanSettings(interface="socketcan", channel="can0"), "actuator"),
+    ):
+        pass
+
+
+class Down:
+    """An interface that is down, and up again at the third reading."""
+
+    def __init__(self) -> None:
+        self.readings = 0
+
+    def receive(self, _: float) -> Frame | None:
+        self.readings += 1
+        if self.readings < 3:
+            raise OSError(errno.ENETDOWN, "Network is down")
+        return MARKER
+
+    def send(self, frame: Frame) -> None:
+        raise OSError(errno.ENOBUFS, "No buffer space available")
+
+    def close(self) -> None: ...
+
+
+def test_an_interface_that_is_down_is_counted_by_its_error_and_heard_again_when_it_is_up():
+    got = queue.Queue()
+    bus = Bus(Down(), lambda frame, _: got.put(frame), Clock(), 0, None)
+    assert got.get(timeout=ARRIVES_S) == MARKER
+    assert not bus.send(FRAME)
+    bus.close()
+    assert bus.dropped == {"can receive: ENETDOWN": 2, "can send: ENOBUFS": 1}
+
+
+def test_a_reader_may_close_its_own_bus():
+    closed, opened = queue.Queue(), queue.Queue()
+
+    def on_frame(_: Frame, __: int) -> None:
+        opened.get(timeout=ARRIVES_S).close()
+        closed.put(True)
+
+    transport = Down()
+    transport.readings = 2
+    opened.put(Bus(transport, on_frame, Clock(), 0, None))
+    assert closed.get(timeout=ARRIVES_S)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vehicle_gateway.can.bus import open_bus
-from vehicle_gateway.can.codec import codec_of
+from vehicle_gateway.can.codec import FeedbackState, codec_of
 from vehicle_gateway.can.cyclic import Sent
 from vehicle_gateway.can.ecu_codec import Controls, encode_controls
 from vehicle_gateway.can.frame import Frame
@@ -19,8 +19,8 @@ from vehicle_gateway.can.transmit import LENGTH, NOT_LISTED, PROTECTION, TOO_SOO
 from vehicle_gateway.can.vehicles import CarBus, car_bus_of
 from vehicle_gateway.gateway import SHORTEST_NS, open_car
 from wire.clock import Clock
-from wire.configuration import shipped
-from wire.messages.vehicle import Actuation, Mode
+from wire.configuration import read_sections, shipped
+from wire.messages.vehicle import Actuation, Mode, VehicleDescription
 
 MS = 1_000_000
 CODEC = codec_of(layouts())
@@ -129,8 +129,9 @@ class Nobody:
 
 
 def test_the_gateway_s_bus_refuses_and_counts_by_identifier_and_the_rest_of_the_bus_hears_none_of_it():
+    vehicle = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
     virtual, heard = CanSettings(interface="virtual", channel="transmit"), queue.Queue()
-    car: CarBus = car_bus_of(virtual)
+    car: CarBus = car_bus_of(virtual, vehicle)
     with (
         open_bus(virtual, "vehicle", lambda frame, _: heard.put(frame), Clock()) as other,
         open_car(virtual, car, Nobody(), Clock(), 0) as bus,
@@ -141,6 +142,10 @@ def test_the_gateway_s_bus_refuses_and_counts_by_identifier_and_the_rest_of_the_
         assert heard.get(timeout=5.0) == command(1), "the first that the others hear"
         assert bus.dropped == {"can not sent 0x2e4: not on the list": 2, "can not sent 0x100: wrong protection": 1}
         assert other.send(foreign), "who stands in for a car sends what it likes"
+
+
+def test_the_codec_starts_with_no_feedback():
+    assert CODEC.start() == FeedbackState()
 
 
 def test_commands_are_admitted_in_every_cycle_and_each_frame_counts_for_itself():

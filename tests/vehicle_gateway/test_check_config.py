@@ -40,6 +40,11 @@ def car() -> Facts:
     return facts("example_car.toml")
 
 
+@pytest.fixture(scope="module")
+def toyota() -> Facts:
+    return facts("example_toyota.toml")
+
+
 def changed(thing, path: str, value):
     """The struct with the value at `a.b.c` changed; a number picks an element of a tuple."""
     name, _, rest = path.partition(".")
@@ -145,6 +150,78 @@ def test_every_check_is_broken_by_some_row_above(car):
     told = {found.name.partition(": ")[2] if found.name.startswith("camera ") else found.name for found in check(car)}
     by_the_dbc = {"CAN: frames told apart", "CAN: rest of the feedback in time"}  # below
     assert told - by_the_dbc == rule
+
+
+# What a Toyota's bus cannot carry beside what its configuration asks for; its other checks are every car's.
+NOT_A_TOYOTA = [
+    ("CAN: steering that can be sent", "vehicle.road_wheel_angle_max_rad", 0.116),
+    ("CAN: steering that can be sent", "vehicle.steering_ratio", 14.4),
+    ("CAN: steering that can be followed", f"{LIMITS}.gate.road_wheel_rate_max_rad_s", 0.13),
+    ("CAN: steering that can be followed", f"{LIMITS}.gate.transition_road_wheel_rate_rad_s", 0.13),
+    ("CAN: acceleration that can be sent", "vehicle.braking_max_m_s2", 3.51),
+    ("CAN: acceleration that can be sent", "vehicle.acceleration_max_m_s2", 2.01),
+    ("CAN: steering that is measured", "vehicle.road_wheel_angle_max_rad", 0.62),
+    ("CAN: speed that is measured", "vehicle.speed_max_remote_m_s", 40.0),
+    ("CAN: motion in time", f"{LIMITS}.failsafe.feedback_lost_ms", 59.0),
+    ("CAN: a person's override in time", f"{LIMITS}.authority.override_ms", 31.0),
+    ("CAN: override before the steering gives way", f"{LIMITS}.authority.override_torque_nm", 4.51),
+    ("CAN: commands in time", "gateway.simulation.ecu.command_timeout_ms", 59.0),
+    ("CAN: brakes when the gateway is silent", "gateway.can.watchdog_box", False),
+]
+
+
+def test_the_toyota_s_example_is_consistent_and_warns_of_how_little_it_steers(toyota):
+    findings = check(toyota)
+    assert broken(findings) == {"turning radius": Verdict.WARNING, "steering range": Verdict.WARNING}
+    assert is_consistent(findings)
+    assert run(shipped("example_toyota.toml")) == 0
+
+
+@pytest.mark.parametrize(("name", "path", "value"), NOT_A_TOYOTA, ids=[f"{row[0]}: {row[1]}" for row in NOT_A_TOYOTA])
+def test_a_toyota_s_check_fails_when_what_it_guards_is_broken_and_says_what_to_do(toyota, name, path, value):
+    found = next(found for found in check(changed(toyota, path, value)) if found.name == name)
+    assert (found.verdict, found.fix != "") == (Verdict.ERROR, True)
+
+
+def test_every_check_of_a_toyota_s_bus_is_broken_by_some_row_above(toyota):
+    told = {found.name for found in check(toyota) if found.name.startswith("CAN: ")}
+    assert told == {name for name, *_ in NOT_A_TOYOTA}
+
+
+@pytest.mark.parametrize(("path", "value"), [("vehicle.wheelbase_m", 0.2), ("vehicle.steering_ratio", 200.0)])
+def test_a_toyota_s_steering_may_be_little_but_not_more_than_any_car_s(toyota, path, value):
+    name = {"vehicle.wheelbase_m": "turning radius", "vehicle.steering_ratio": "steering range"}[path]
+    assert broken(check(changed(toyota, path, value)))[name] is Verdict.ERROR
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ('vehicle = "toyota"', 'vehicle = "toyota"\ndbc = "car.dbc"', 'dbc: vehicle = "toyota" has messages of its own'),
+        ("steering_ratio = 14.3 ", "steering_ratio = 10.9 ", "a Toyota's is 10.92 and more"),
+    ],
+)
+def test_what_no_toyota_can_be_is_one_line_in_the_table(tmp_path, before, after, said):
+    text = shipped("example_toyota.toml").read_text()
+    assert before in text
+    (tmp_path / "car.toml").write_text(text.replace(before, after))
+    _, findings = read_every_section(tmp_path / "car.toml")
+    (found,) = [each for each in findings if each.verdict is Verdict.ERROR]
+    assert (found.name, said in found.compared) == ("DBC", True), found.compared
+
+
+def test_a_toyota_without_a_box_that_brakes_it_is_not_started(tmp_path):
+    text = shipped("example_toyota.toml").read_text().replace("watchdog_box = true", "watchdog_box = false")
+    (tmp_path / "car.toml").write_text(text)
+    with pytest.raises(ConfigurationError, match="watchdog_box = false: without commands a Toyota rolls on"):
+        gateway.run(tmp_path / "car.toml", threading.Event())
+
+
+def test_the_simulated_ecu_does_not_pretend_to_be_a_toyota(tmp_path):
+    text = shipped("simulated.toml").read_text() + '\n[vehicle_gateway.can]\nvehicle = "toyota"\n'
+    (tmp_path / "car.toml").write_text(text)
+    with pytest.raises(ConfigurationError, match='vehicle = "toyota": the simulated ECU speaks "drive_by_wire" only'):
+        ecu.run(tmp_path / "car.toml", threading.Event())
 
 
 def test_what_a_simulated_car_may_a_real_one_may_not(car):

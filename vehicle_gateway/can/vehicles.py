@@ -1,6 +1,9 @@
-"""What the gateway needs of a car's bus, whatever its messages are. It knows no other difference between two cars."""
+"""Which messages a car speaks: the codec that [vehicle_gateway.can] `vehicle` chooses. Its gateway knows no other difference.
 
-from collections.abc import Mapping
+To add a car: a DBC in config/, a codec with the methods of `CarCodec`, a line in `_CARS`, its checks in vehicle_gateway.check.
+"""
+
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 from vehicle_gateway.can.codec import Feedback, codec_of
@@ -8,9 +11,10 @@ from vehicle_gateway.can.cyclic import Sent
 from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.health_codec import HealthCodec, health_codec_of
-from vehicle_gateway.can.settings import CanSettings
+from vehicle_gateway.can.settings import DRIVE_BY_WIRE, TOYOTA, CanSettings
+from vehicle_gateway.can.toyota_codec import toyota_codec
 from vehicle_gateway.can.transmit import Permit
-from wire.messages.vehicle import Actuation, Mode
+from wire.messages.vehicle import Actuation, Mode, VehicleDescription
 
 
 class CarCodec(Protocol):
@@ -37,7 +41,17 @@ class CarBus(NamedTuple):
     health: HealthCodec | None  # None: the far side tells nothing about its loop
 
 
-def car_bus_of(settings: CanSettings) -> CarBus:
-    """Raises ConfigurationError when the car's DBC cannot be spoken."""
+def car_bus_of(settings: CanSettings, vehicle: VehicleDescription) -> CarBus:
+    """Raises ConfigurationError when the configuration does not describe such a car."""
+    return _CARS[settings.vehicle](settings, vehicle)
+
+
+def _drive_by_wire(settings: CanSettings, _: VehicleDescription) -> CarBus:
     frames = read_layouts(settings.dbc)
     return CarBus(codec_of(frames), health_codec_of(frames))
+
+
+_CARS: dict[str, Callable[[CanSettings, VehicleDescription], CarBus]] = {
+    DRIVE_BY_WIRE: _drive_by_wire,
+    TOYOTA: lambda settings, vehicle: CarBus(toyota_codec(settings.dbc, vehicle), None),
+}

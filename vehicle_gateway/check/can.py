@@ -1,9 +1,10 @@
-"""Checks of the car's DBC against its limits and against what the gateway waits for. Pure.
+"""Checks of the bus, and of a drive-by-wire car's DBC against its limits and against what the gateway waits for. Pure.
 
+A Toyota's: vehicle_gateway.check.toyota.
 That the DBC has the messages and signals we speak is checked where it is read (vehicle_gateway.can.dbc).
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from vehicle_gateway.can.codec import PART_AGE_MAX
 from vehicle_gateway.can.dbc import NEEDED
@@ -20,9 +21,13 @@ def _signal(facts: Facts, message: str, name: str) -> Field:
 
 
 def _covers(facts: Facts, message: str, name: str, low: float, high: float, step: float) -> Outcome:
-    field = _signal(facts, message, name)
+    return covers(message, _signal(facts, message, name), low, high, step)
+
+
+def covers(message: str, field: Field, low: float, high: float, step: float) -> Outcome:
+    """Whether a signal carries a range, as finely as is needed."""
     return Outcome(
-        f"{message}.{name} {field.low:g} to {field.high:g} in steps of {field.scale:g}; needed {low:g} to {high:g}, {step:g}",
+        f"{message}.{field.name} {field.low:g} to {field.high:g} in steps of {field.scale:g}; needed {low:g} to {high:g}, {step:g}",
         field.low <= low and field.high >= high and abs(field.scale) <= step,
         "widen the signal's range or scale in the DBC, or narrow the limit of [vehicle] to what the car's bus can carry",
     )
@@ -60,7 +65,11 @@ def _identities(facts: Facts) -> Outcome:
 
 
 def _in_time(facts: Facts, names: Iterable[str], limit_ms: float, times: int, of_what: str) -> Outcome:
-    cycles = {name: facts.layouts[name].cycle_ms for name in names}
+    return in_time({name: facts.layouts[name].cycle_ms for name in names}, limit_ms, times, of_what)
+
+
+def in_time(cycles: Mapping[str, int], limit_ms: float, times: int, of_what: str) -> Outcome:
+    """Whether so many of these frames come in a time. cycles: [ms], by name."""
     told = ", ".join(f"{name} {cycle} ms" for name, cycle in cycles.items())
     return Outcome(
         f"{told}; {times} of them in {limit_ms:g} ms ({of_what})",
@@ -111,9 +120,11 @@ def _bus_of_a_real_car(facts: Facts) -> Outcome:
     )
 
 
-CAN_CHECKS = (
+BUS_CHECKS = (
     Check("CAN interface", _interface),
     Check("CAN of a real car", _bus_of_a_real_car),
+)
+CAN_CHECKS = (
     Check("CAN: steering that can be sent", _commanded_angle),
     Check("CAN: acceleration that can be sent", _commanded_acceleration),
     Check("CAN: steering that is measured", _measured_angle),

@@ -2,6 +2,7 @@
 
 from math import degrees, tan
 
+from vehicle_gateway.can.settings import TOYOTA
 from vehicle_gateway.check.facts import Check, Facts, Outcome, Verdict
 from vehicle_gateway.safe_stop import stopping_distance_m
 from wire.messages.automation import STOPPING_CORRIDOR_M
@@ -11,6 +12,7 @@ TURNING_RADIUS_M = (2.5, 15.0)  # of the rear axle's middle: a fork-lift to a lo
 STEERING_LOCK_RAD = (2.0, 16.0)  # less is a kart; more does not fit into the messages (wire.messages.base)
 FRICTION_M_S2 = 10.0  # a dry road holds no more
 WHEEL_RANGE_RAD = 7.854  # 900 degrees from lock to lock: G920, G29, G923
+WIDE_TURNS = "nothing to mend: this car takes no more over its bus; choose routes without tight turns"
 CYCLE_MS = 10.0  # of the gateway, at the least
 
 
@@ -33,6 +35,11 @@ def _outline(facts: Facts) -> Outcome:
     )
 
 
+def _bounded_by_its_bus(facts: Facts) -> bool:
+    """Whether the car takes less steering from us than its wheels could turn."""
+    return facts.gateway.can.vehicle == TOYOTA
+
+
 def _turning(facts: Facts) -> Outcome:
     radius = facts.vehicle.wheelbase_m / tan(facts.vehicle.road_wheel_angle_max_rad)
     low, high = TURNING_RADIUS_M
@@ -40,7 +47,10 @@ def _turning(facts: Facts) -> Outcome:
         f"wheelbase {facts.vehicle.wheelbase_m:g} m and {facts.vehicle.road_wheel_angle_max_rad:g} rad: radius {radius:.1f} m, "
         f"of {low:g} to {high:g} m",
         low <= radius <= high,
-        "[vehicle] road_wheel_angle_max_rad is at the ROAD wheels: arctan of wheelbase over turning radius of the rear axle",
+        WIDE_TURNS
+        if radius > high and _bounded_by_its_bus(facts)
+        else "[vehicle] road_wheel_angle_max_rad is at the ROAD wheels: arctan of wheelbase over turning radius of the rear axle",
+        Verdict.WARNING if radius > high and _bounded_by_its_bus(facts) else Verdict.ERROR,
     )
 
 
@@ -51,7 +61,10 @@ def _steering_range(facts: Facts) -> Outcome:
         f"ratio {facts.vehicle.steering_ratio:g} x {facts.vehicle.road_wheel_angle_max_rad:g} rad = {lock:.2f} rad "
         f"({degrees(lock):.0f} deg) each way, of {low:g} to {high:g} rad",
         low <= lock <= high,
-        "turn the steering wheel from lock to lock: half of it over steering_ratio is road_wheel_angle_max_rad",
+        WIDE_TURNS
+        if lock < low and _bounded_by_its_bus(facts)
+        else "turn the steering wheel from lock to lock: half of it over steering_ratio is road_wheel_angle_max_rad",
+        Verdict.WARNING if lock < low and _bounded_by_its_bus(facts) else Verdict.ERROR,
     )
 
 

@@ -31,7 +31,7 @@ class Facts:
     vehicle: VehicleDescription
     gateway: VehicleGatewaySettings
     device: str  # [tower.cockpit] device
-    layouts: Mapping[str, Layout]  # of the car's DBC, by name
+    layouts: Mapping[str, Layout]  # of a drive-by-wire car's DBC, by name
     around: Surroundings
 
     @property

@@ -15,6 +15,8 @@ from rich.table import Table
 from rich.text import Text
 
 from vehicle_gateway.can.dbc import read_layouts
+from vehicle_gateway.can.settings import DRIVE_BY_WIRE
+from vehicle_gateway.can.vehicles import car_bus_of
 from vehicle_gateway.check.facts import Facts, Finding, Surroundings, Verdict
 from vehicle_gateway.check.table import check, is_consistent
 from vehicle_gateway.memory import default_file
@@ -62,17 +64,18 @@ def read_every_section(config: Path) -> tuple[dict[str, Any], tuple[Finding, ...
             findings.append(Finding(f"[{room}]", Verdict.OK, "every key is known and in its range", ""))
         except ConfigurationError as error:
             findings.append(Finding(f"[{room}]", Verdict.ERROR, str(error), "correct this key"))
-    if "vehicle_gateway" in sections:
-        findings.append(_dbc(sections["vehicle_gateway"]))
+    if {"vehicle_gateway", "vehicle"} <= set(sections):
+        findings.append(_dbc(sections["vehicle_gateway"], sections["vehicle"]))
     return sections, tuple(findings)
 
 
-def _dbc(gateway: VehicleGatewaySettings) -> Finding:
-    name = gateway.can.dbc or "config/drive_by_wire.dbc"
+def _dbc(gateway: VehicleGatewaySettings, vehicle: VehicleDescription) -> Finding:
+    name = gateway.can.dbc or f"config/{gateway.can.vehicle}.dbc"
     try:
-        read_layouts(gateway.can.dbc)
+        car_bus_of(gateway.can, vehicle)
     except ConfigurationError as error:
-        return Finding("DBC", Verdict.ERROR, str(error), "take config/drive_by_wire.dbc as the pattern: same names, your places")
+        fix = "take config/drive_by_wire.dbc as the pattern: same names, your places"
+        return Finding("DBC", Verdict.ERROR, str(error), fix if gateway.can.vehicle == DRIVE_BY_WIRE else "correct this key")
     return Finding("DBC", Verdict.OK, f"{name}: every message and signal we speak", "")
 
 

@@ -1,17 +1,20 @@
 """All checks over one configuration, in the order in which they are shown. Pure."""
 
+from vehicle_gateway.can.settings import DRIVE_BY_WIRE, TOYOTA
 from vehicle_gateway.check.cameras import CAMERA_CHECKS, CAMERAS_CHECKS
-from vehicle_gateway.check.can import CAN_CHECKS
+from vehicle_gateway.check.can import BUS_CHECKS, CAN_CHECKS
 from vehicle_gateway.check.car import CAR_CHECKS
 from vehicle_gateway.check.facts import Facts, Finding, Verdict, finding
 from vehicle_gateway.check.site import SITE_CHECKS
+from vehicle_gateway.check.toyota import TOYOTA_CHECKS
 
-CHECKS = (*CAR_CHECKS, *CAMERAS_CHECKS, *CAN_CHECKS, *SITE_CHECKS)
+CHECKS = (*CAR_CHECKS, *CAMERAS_CHECKS, *BUS_CHECKS, *SITE_CHECKS)
+CHECKS_OF_ITS_BUS = {DRIVE_BY_WIRE: CAN_CHECKS, TOYOTA: TOYOTA_CHECKS}
 
 
 def check(facts: Facts) -> tuple[Finding, ...]:
     """Every check's finding; the cameras' once for each camera."""
-    whole = [finding(name, look(facts)) for name, look in CHECKS]
+    whole = [finding(name, look(facts)) for name, look in (*CHECKS, *CHECKS_OF_ITS_BUS[facts.gateway.can.vehicle])]
     each = [
         finding(f"camera {camera.name}: {name}", look(facts, camera))
         for camera in facts.vehicle.cameras

@@ -22,10 +22,11 @@ from vehicle_gateway.can.ecu_codec import (
 )
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.health_codec import LOOP, SHIPPED
+from vehicle_gateway.can.settings import DRIVE_BY_WIRE
 from vehicle_gateway.settings import VehicleGatewaySettings, refuse_beside_a_car
 from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
 from wire.clock import Clock
-from wire.configuration import read_sections
+from wire.configuration import ConfigurationError, read_sections
 from wire.messages.health import LoopHealth
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
@@ -42,6 +43,10 @@ def run(config: Path, stop: threading.Event) -> int:
     priority = read["wire"].pace.fifo_priority
     gateway: VehicleGatewaySettings = read["vehicle_gateway"]
     refuse_beside_a_car(gateway)
+    if gateway.can.vehicle != DRIVE_BY_WIRE:
+        raise ConfigurationError(
+            f'[vehicle_gateway.can] vehicle = "{gateway.can.vehicle}": the simulated ECU speaks "{DRIVE_BY_WIRE}" only; set that'
+        )
     clock = Clock()
     with ExitStack() as stack:
         ecu = Ecu(gateway.simulation.ecu)
