@@ -222,6 +222,8 @@ def request_of(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescripti
         asked = _of_operator(state.command, state, limits)
     else:
         asked = replace(held, hazard=state.authority.mode is Mode.STOPPED)
+    if state.rolling.hold_hard:
+        asked = replace(asked, acceleration_m_s2=min(asked.acceleration_m_s2, limits.rolling.hold_hard_m_s2), hazard=True)
     braking = _other_braking(state, now_ns, limits)
     return replace(asked, acceleration_m_s2=min(asked.acceleration_m_s2, braking)) if braking < 0.0 else asked
 

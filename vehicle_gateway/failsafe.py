@@ -36,11 +36,13 @@ class Response(IntEnum):
     WARN = 1  # the operator is told
     GENTLE = 2  # brakes softly along the path, steering held; ends with the cause
     STOP = 3  # the authority is told who was lost: a safe stop, unless somebody else drives on
+    HOLD = 4  # the same, and the brakes are held with all they have until somebody drives the car again
 
 
 class Cause(StrEnum):
     """Worst first."""
 
+    ROLLED_AWAY = auto()
     FEEDBACK_LOST = auto()
     ECU_FAULT = auto()
     COMMAND_LOST = auto()
@@ -63,6 +65,7 @@ class Ages(Message):
     autonomy_status_ms: Annotated[float, Meta(ge=0)]
     autonomy_healthy: bool
     standing: bool = False
+    rolled_away: bool = False  # against the gear, or with the brakes held
     way_known: bool = True  # somebody looks at the way that a stop would take
 
 
@@ -80,6 +83,7 @@ class Rule(NamedTuple):
     clears: str  # `gone` in words
 
 
+_NOT_LOCAL = (Source.NOBODY, Source.AUTONOMY, Source.OPERATOR, Source.GATEWAY)
 _MOVERS = (Source.OPERATOR, Source.AUTONOMY)  # somebody may make it move through us
 _OPERATOR = (Source.OPERATOR,)  # while he receives, the time within which he must answer is short enough
 
@@ -90,6 +94,16 @@ def _automation_lost(ages: Ages, limits: FailsafeLimits) -> bool:
 
 
 RULES: dict[Cause, Rule] = {
+    Cause.ROLLED_AWAY: Rule(
+        Response.HOLD,
+        Event.FAULT,
+        _NOT_LOCAL,
+        "the car rolls against its gear, or with its brakes held",
+        lambda ages, _: ages.rolled_away,
+        "it has rolled more than `rolling.rolled_m` against its gear, or with the brakes held",
+        lambda ages, _: ages.standing,
+        "it stands",
+    ),
     Cause.FEEDBACK_LOST: Rule(
         Response.STOP,
         Event.FAULT,

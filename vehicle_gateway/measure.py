@@ -4,15 +4,16 @@ from math import tan
 
 from msgspec.structs import replace
 
-from vehicle_gateway.authority import RECEIVES, Source, driving_source
+from vehicle_gateway.authority import RECEIVES, Source, brakes_held, driving_source
 from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.corridor import Corridor, advance, keep_corridor, shift_of, usable
 from vehicle_gateway.failsafe import Ages, active_causes
 from vehicle_gateway.free_way import Surroundings, cut_by_standing, free_of_corridor, held_free_m, keep_surroundings
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
+from vehicle_gateway.rolling import Rolling, watch_rolling
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
 from wire.messages.automation import Scene
-from wire.messages.base import CAMERAS_MAX
+from wire.messages.base import CAMERAS_MAX, Gear
 from wire.messages.operating import DriveCommand
 from wire.messages.vehicle import VehicleDescription
 
@@ -95,7 +96,7 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
         seat_left_ns=(state.seat_left_ns or now_ns) if feedback is not None and not feedback.seat_occupied else 0,
         override_since_ns=(state.override_since_ns or now_ns) if is_overridden(state, limits.authority) else 0,
     )
-    measured = replace(measured, **_of_way(measured, now_ns, vehicle))
+    measured = replace(measured, rolling=_rolling(measured, dt_s, limits), **_of_way(measured, now_ns, vehicle))
     authority = measured.authority
     return replace(
         measured,
@@ -118,6 +119,18 @@ def _of_way(state: State, now_ns: int, vehicle: VehicleDescription) -> dict[str,
     curvature_1_m = tan(state.applied.road_wheel_angle_rad) / vehicle.wheelbase_m
     held_m = held_free_m(state.odometry, curvature_1_m, state.around, now_ns, vehicle) if seen else None
     return {"corridor_free": None, "held_m": held_m}
+
+
+def _rolling(state: State, dt_s: float, limits: GatewayLimits) -> Rolling:
+    feedback, source = state.feedback, driving_source(state.authority)
+    if feedback is None:
+        return state.rolling
+    if source is Source.LOCAL:  # he may let it roll
+        return Rolling()
+    driven, held = source in (Source.OPERATOR, Source.AUTONOMY), brakes_held(state.authority)
+    gear = feedback.gear if feedback.gear is state.applied.gear else Gear.NEUTRAL  # while it is shifted no way is the wrong one
+    standstill_m_s = limits.authority.standstill_m_s
+    return watch_rolling(state.rolling, feedback.speed_m_s, gear, held, driven, dt_s, standstill_m_s, limits.rolling)
 
 
 def cap_of_operator(
@@ -167,6 +180,7 @@ def ages_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: Gate
         autonomy_ms=since_ms(state.autonomy_ns),
         autonomy_status_ms=since_ms(state.autonomy_status_ns),
         autonomy_healthy=status is not None and status.healthy,
+        rolled_away=state.rolling.rolled_m > limits.rolling.rolled_m,
         way_known=state.held_m is not None,
         standing=state.feedback is not None and abs(state.feedback.speed_m_s) < limits.authority.standstill_m_s,
     )

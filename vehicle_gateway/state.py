@@ -17,6 +17,7 @@ from vehicle_gateway.gate import GateLimits
 from vehicle_gateway.hand_over import HandOverLimits
 from vehicle_gateway.lease import Lease
 from vehicle_gateway.link_quality import CapLimits, LoopAges, SpeedCap
+from vehicle_gateway.rolling import Rolling, RollingLimits
 from vehicle_gateway.safe_stop import StopLimits
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene, TakeoverRequest
 from wire.messages.base import Count, Length, Message, Name, Speed, Text, TimeNs
@@ -46,6 +47,7 @@ class GatewayLimits(Message):
     safe_stop: StopLimits = StopLimits()
     cap: CapLimits = CapLimits()
     hand_over: HandOverLimits = HandOverLimits()
+    rolling: RollingLimits = RollingLimits()
 
 
 class Inputs(Message):
@@ -100,6 +102,7 @@ class State(Message):
     around: Surroundings = Surroundings()
     corridor_free: Count | None = None  # so many of the corridor's points are free now; None: all
     held_m: Length | None = 0.0  # without a usable corridor: how far the way with the wheels as they are is free; None: not known
+    rolling: Rolling = Rolling()
     applied: Actuation = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
     hand_over: HandOver = HandOver(number=0, action="", state="", rule="")
     granted_ns: TimeNs = 0

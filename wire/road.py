@@ -28,6 +28,7 @@ class _Piece:
     x_m: float
     y_m: float
     heading_rad: float
+    slope_rad: float
 
     def at(self, along_m: float) -> tuple[float, float, float]:
         """x_m, y_m, heading_rad at `along_m` from the start of the piece (exact on line and circle)."""
@@ -66,7 +67,7 @@ class Road:
         self._pieces: list[_Piece] = []
         station, (x, y), heading = 0.0, road_map.start, road_map.start_heading_rad
         for segment in road_map.segments:
-            piece = _Piece(station, segment.length_m, segment.curvature_1_m, x, y, heading)
+            piece = _Piece(station, segment.length_m, segment.curvature_1_m, x, y, heading, segment.slope_rad)
             self._pieces.append(piece)
             x, y, heading = piece.at(segment.length_m)
             station += segment.length_m
@@ -116,3 +117,7 @@ class Road:
     def curvature_1_m(self, station_m: float) -> float:
         """Of the centre line, left positive."""
         return self._pieces[max(0, bisect_right(self._starts, station_m) - 1)].curvature_1_m
+
+    def slope_rad(self, station_m: float) -> float:
+        """Uphill along the road positive."""
+        return self._pieces[max(0, bisect_right(self._starts, station_m) - 1)].slope_rad

@@ -179,7 +179,13 @@ RULES: dict[str, dict[str, tuple[str, ...]]] = {
         ),
         GATE: ("test_gears_change_only_below_three_tenths_of_a_metre_per_second",),
     },
-    "Brakes hold on a hill without us": {ECU: ("test_it_stands_and_holds_for_ten_seconds_without_moving_a_millimetre",)},
+    "Brakes hold on a hill without us": {
+        "safety/test_hill_rules.py": (
+            "test_the_brakes_hold_on_a_hill_and_without_the_gateway",
+            "test_a_held_car_that_rolls_is_held_harder_with_hazard_lights_and_stands_within_a_metre",
+        ),
+        ECU: ("test_it_stands_and_holds_for_ten_seconds_without_moving_a_millimetre",),
+    },
     "Leaving STOPPED: cause cleared, new epoch, pedals re-armed, wheel aligned": {
         CYCLE: ("test_a_stop_whose_cause_is_still_there_is_not_left",),
         HAND: ("test_each_rule_of_a_take_over_refuses_alone_and_says_which",),

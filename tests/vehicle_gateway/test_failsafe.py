@@ -29,6 +29,7 @@ DEAD = Ages(
     autonomy_ms=NEVER,
     autonomy_status_ms=NEVER,
     autonomy_healthy=False,
+    rolled_away=True,
     way_known=False,
 )
 OPERATOR = {Cause.COMMAND_LOST, Cause.PICTURE_LOST, Cause.LOOP_TOO_SLOW}
@@ -73,6 +74,11 @@ def test_nothing_of_ours_counts_while_a_person_in_the_car_drives():
     assert active_causes(DEAD, Source.LOCAL, None, LIMITS) == ()
 
 
+def test_a_car_that_rolls_away_is_noticed_whoever_drives_but_the_person_in_it():
+    for driving in set(Source) - {Source.LOCAL}:
+        assert active_causes(replace(FINE, rolled_away=True), driving, None, LIMITS) == (Cause.ROLLED_AWAY,)
+
+
 def test_causes_come_worst_first_and_only_late_commands_are_recoverable():
     assert active_causes(DEAD, Source.OPERATOR, Source.AUTONOMY, LIMITS) == tuple(Cause) == tuple(RULES)
     responses = [rule.response for rule in RULES.values()]
@@ -82,7 +88,7 @@ def test_causes_come_worst_first_and_only_late_commands_are_recoverable():
 
 def test_a_cause_that_stops_tells_the_authority_and_no_other_does():
     for rule in RULES.values():
-        assert (rule.response is Response.STOP) == (rule.event is not None)
+        assert (rule.response >= Response.STOP) == (rule.event is not None)
 
 
 def test_only_late_commands_are_braked_for_gently():
@@ -94,6 +100,7 @@ def test_only_late_commands_are_braked_for_gently():
 
 # cause, what is still wrong enough to keep it while the car stands, what ends it; each from a car where all else is fine
 CLEARS = [
+    (Cause.ROLLED_AWAY, {"standing": False}, {"standing": True}),
     (Cause.FEEDBACK_LOST, {"feedback_ms": 100.1}, {"feedback_ms": 100.0}),
     (Cause.ECU_FAULT, {"ecu_following": False}, {"ecu_following": True}),
     (Cause.COMMAND_LOST, {"command_ms": 120.1}, {"command_ms": 120.0}),
@@ -124,11 +131,12 @@ def test_a_lost_operator_or_car_is_back_only_once_the_car_stands():
 def test_a_cause_is_not_kept_when_somebody_else_drives_and_none_begins_by_itself_while_the_gateway_does():
     for driving in set(Source) - {Source.GATEWAY}:
         assert active_causes(FINE, driving, None, LIMITS, tuple(Cause)) == ()
-    assert active_causes(DEAD, Source.GATEWAY, None, LIMITS) == ()
+    assert active_causes(replace(DEAD, rolled_away=False), Source.GATEWAY, None, LIMITS) == ()
 
 
 def test_every_cause_tells_the_authority_who_was_lost_and_the_operator_what_happened_and_what_clears_it():
     lost = {
+        Cause.ROLLED_AWAY: Event.FAULT,
         Cause.FEEDBACK_LOST: Event.FAULT,
         Cause.ECU_FAULT: Event.FAULT,
         Cause.COMMAND_LOST: Event.OPERATOR_LOST,

@@ -83,6 +83,11 @@ def chassis(parameters: ChassisParameters, mass_kg: float, wheelbase_m: float) -
     )
 
 
+def on_slope(c: Chassis, slope_rad: float) -> Chassis:
+    """The same chassis on ground that rises along the car by so much more; rolling resistance stays as it was (cos 0.3 = 0.96)."""
+    return c._replace(slope_n=c.slope_n - c.mass_kg * GRAVITY_M_S2 * sin(slope_rad)) if slope_rad else c
+
+
 def fiala(slip_angle_rad: float, stiffness_n_rad: float, grip_n: float) -> float:
     """Lateral force of an axle [N], same sign as the slip angle.
 

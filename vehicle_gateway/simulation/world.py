@@ -4,6 +4,7 @@ Never reads a clock and never knows who drives: it is given a demand of the ECU,
 """
 
 from dataclasses import dataclass, replace
+from math import cos
 from random import Random
 
 from vehicle_gateway.can.actuator_codec import Demand, PlantReport
@@ -14,7 +15,7 @@ from vehicle_gateway.simulation.referee import Obstacle, RefereeState, judge, ob
 from vehicle_gateway.simulation.sensors import Thing, things_of
 from vehicle_gateway.simulation.settings import SimulationSettings
 from vehicle_gateway.simulation.shapes import Outline, Polygon, outline
-from vehicle_gateway.simulation.single_track import Body
+from vehicle_gateway.simulation.single_track import Body, on_slope
 from vehicle_gateway.simulation.site import building_corners, site_objects
 from wire.messages.base import Indicators
 from wire.messages.sensing import Pose, WorldState
@@ -80,9 +81,9 @@ def build(
 
 def advance(world: World, stage: Stage, demand: Demand | None, steps: int) -> World:
     """The world `steps` milliseconds later under one demand (None: the brakes close)."""
-    car = world.car
+    car, parameters = world.car, on_ground(stage, world)
     for _ in range(steps):
-        car = step(car, demand, STEP_S, stage.parameters, world.controls)
+        car = step(car, demand, STEP_S, parameters, world.controls)
     world = replace(
         world,
         car=car,
@@ -91,6 +92,15 @@ def advance(world: World, stage: Stage, demand: Demand | None, steps: int) -> Wo
         steps_since_look=world.steps_since_look + steps,
     )
     return _look_round(world, stage) if world.steps_since_look >= LOOK_ROUND_STEPS else world
+
+
+def on_ground(stage: Stage, world: World) -> CarParameters:
+    """The car's parameters on the slope it stands on: that of the road, along the car."""
+    slope = stage.road.slope_rad(world.station_m)
+    if not slope:
+        return stage.parameters
+    along = cos(world.car.body.heading_rad - stage.road.to_world(world.station_m)[2])
+    return stage.parameters._replace(chassis=on_slope(stage.parameters.chassis, slope * along))
 
 
 def _look_round(world: World, stage: Stage) -> World:

@@ -133,3 +133,4 @@ class RoadMap(Message):
 class RoadSegment(Message):
     length_m: Annotated[float, Meta(gt=0.0, le=5000.0)]
     curvature_1_m: Annotated[float, Meta(ge=-0.2, le=0.2)] = 0.0  # left positive, 0 straight
+    slope_rad: Annotated[float, Meta(ge=-0.3, le=0.3)] = 0.0  # uphill along the road positive; felt by the car, not drawn
