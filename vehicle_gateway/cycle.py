@@ -12,6 +12,7 @@ from vehicle_gateway.corridor import pursue, usable
 from vehicle_gateway.events import happened
 from vehicle_gateway.failsafe import RULES, brakes_gently
 from vehicle_gateway.gate import gate
+from vehicle_gateway.guarding import guard_of
 from vehicle_gateway.measure import measure, take_in
 from vehicle_gateway.reverse import SPEED_MAX_M_S as REVERSE_SPEED_MAX_M_S
 from vehicle_gateway.reverse import check_reverse
@@ -32,7 +33,7 @@ NO_CAP_M_S = 100.0  # the automation keeps its own limit; the cap is the operato
 def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> tuple[State, Outputs]:
     """The state after one cycle and what is to be sent, answered and told."""
     dt_s = min(max(now_ns - state.now_ns, 0) / 1e9, LONGEST_DT_S)
-    before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns, vehicle)
+    before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns, vehicle, limits)
     measured = measure(before, now_ns, dt_s, vehicle, limits)
     leased, lease_replies = answer_leases(measured, inputs.lease_requests, now_ns)
     asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)
@@ -40,7 +41,8 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         asked, (*granted, *happened(asked, inputs, now_ns, vehicle, limits, started=state.feedback is None)), now_ns, limits
     )
     requested = request_of(decided, now_ns, dt_s, vehicle, limits)
-    cap_m_s = cap_of(decided, vehicle, limits)
+    guarded = guard_of(decided, now_ns, vehicle, limits)
+    cap_m_s = min(cap_of(decided, vehicle, limits), guarded.cap_m_s)
     checked, reverse_rules = check_reverse(requested, decided, now_ns, limits)
     result = gate(
         checked,
@@ -51,18 +53,20 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         dt_s,
         vehicle,
         limits.gate,
+        guarded.bounds,
     )
-    after = replace(decided, now_ns=now_ns, applied=result.actuation)
+    after = replace(decided, now_ns=now_ns, applied=result.actuation, guard=guarded.eye)
     return after, Outputs(
         send=after.feedback is not None,
         mode=after.authority.mode,
         requested=requested,
         applied=result.actuation,
         brake_hold=brakes_held(after.authority) and abs(speed_of(after)) < limits.authority.standstill_m_s * 2,
-        rules=(*reverse_rules, *result.rules),
+        rules=(*reverse_rules, *guarded.rules, *result.rules),
         events=events,
         causes=after.causes,
         cap_m_s=cap_m_s,
+        guard=guarded.eye,
         lease_replies=lease_replies,
         hand_over_replies=hand_over_replies,
     )

@@ -9,7 +9,9 @@ from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.corridor import Corridor, advance, keep_corridor, shift_of, usable
 from vehicle_gateway.failsafe import Ages, active_causes
 from vehicle_gateway.free_way import Surroundings, cut_by_standing, free_of_corridor, held_free_m, keep_surroundings
+from vehicle_gateway.guard import GuardLimits, Things, things_of
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
+from vehicle_gateway.place import Fix, fix_of
 from vehicle_gateway.rolling import Rolling, watch_rolling
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
 from wire.messages.automation import Scene
@@ -20,7 +22,7 @@ from wire.messages.vehicle import VehicleDescription
 NEVER_MS = 1e9
 
 
-def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription) -> State:
+def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> State:
     """The newest of everything."""
     fields: dict[str, object] = {}
     if inputs.feedback is not None:
@@ -39,17 +41,24 @@ def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescripti
     if inputs.command is not None:
         fields |= _of_command(state, inputs.command, inputs.command_ns)
     if inputs.scene is not None and state.feedback is not None:
-        fields |= _of_scene(state, inputs.scene, state.feedback, now_ns, vehicle)
+        fields |= _of_scene(state, inputs.scene, state.feedback, now_ns, vehicle, limits.guard)
     return replace(state, **fields) if fields else state
 
 
-def _of_scene(state: State, scene: Scene, feedback: Feedback, now_ns: int, vehicle: VehicleDescription) -> dict[str, object]:
+def _of_scene(
+    state: State, scene: Scene, feedback: Feedback, now_ns: int, vehicle: VehicleDescription, limits: GuardLimits
+) -> dict[str, object]:
     shift = shift_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns)
     around = keep_surroundings(scene, shift)
+    fields = {
+        "around": around,
+        "things": things_of(around, state.odometry, feedback.speed_m_s, limits),
+        "fix": fix_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns),
+    }
     if not scene.stopping_corridor:
-        return {"around": around}  # the last corridor that was checked still counts
+        return fields  # the last corridor that was checked still counts
     corridor = keep_corridor(scene, shift)
-    return {"around": around, "corridor": replace(corridor, free=cut_by_standing(corridor, around, state.odometry, vehicle))}
+    return fields | {"corridor": replace(corridor, free=cut_by_standing(corridor, around, state.odometry, vehicle))}
 
 
 def _of_command(state: State, command: DriveCommand, at_ns: int) -> dict[str, object]:
@@ -91,6 +100,8 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
         bounces=state.bounces if driving_source(state.authority) is not Source.AUTONOMY or now_ns < state.guard_until_ns else 0,
         corridor=state.corridor if known else Corridor(),
         around=state.around if known else Surroundings(),
+        fix=state.fix if known else Fix(),
+        things=state.things if known else Things(),
         slow_since_ns=(state.slow_since_ns or now_ns) if slow else 0,
         healthy_since_ns=(state.healthy_since_ns or now_ns) if is_autonomy_fit(state, now_ns, limits) else 0,
         seat_left_ns=(state.seat_left_ns or now_ns) if feedback is not None and not feedback.seat_occupied else 0,

@@ -79,4 +79,5 @@ def vehicle_state_of(
         loop_age_ms=state.loop_age_ms,
         command_age_ms=ages.command_ms,
         feedback_age_ms=ages.feedback_ms,
+        guard=outputs.guard,
     )

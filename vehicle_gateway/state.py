@@ -14,9 +14,11 @@ from vehicle_gateway.corridor import Corridor, Odometry
 from vehicle_gateway.failsafe import Cause, FailsafeLimits
 from vehicle_gateway.free_way import Surroundings
 from vehicle_gateway.gate import GateLimits
+from vehicle_gateway.guard import Eye, GuardLimits, Things
 from vehicle_gateway.hand_over import HandOverLimits
 from vehicle_gateway.lease import Lease
 from vehicle_gateway.link_quality import CapLimits, LoopAges, SpeedCap
+from vehicle_gateway.place import Fix, PlaceLimits
 from vehicle_gateway.rolling import Rolling, RollingLimits
 from vehicle_gateway.safe_stop import StopLimits
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene, TakeoverRequest
@@ -48,6 +50,8 @@ class GatewayLimits(Message):
     cap: CapLimits = CapLimits()
     hand_over: HandOverLimits = HandOverLimits()
     rolling: RollingLimits = RollingLimits()
+    guard: GuardLimits = GuardLimits()
+    place: PlaceLimits = PlaceLimits()
 
 
 class Inputs(Message):
@@ -103,6 +107,9 @@ class State(Message):
     corridor_free: Count | None = None  # so many of the corridor's points are free now; None: all
     held_m: Length | None = 0.0  # without a usable corridor: how far the way with the wheels as they are is free; None: not known
     rolling: Rolling = Rolling()
+    fix: Fix = Fix()  # where the newest scene has the car
+    things: Things = Things()  # and what it tracks near it
+    guard: Eye = Eye.BLIND
     applied: Actuation = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
     hand_over: HandOver = HandOver(number=0, action="", state="", rule="")
     granted_ns: TimeNs = 0
@@ -129,6 +136,7 @@ class Outputs(Message):
     events: tuple[Name, ...]  # those that changed the mode in this cycle
     causes: tuple[Cause, ...]
     cap_m_s: Speed
+    guard: Eye = Eye.BLIND  # what the collision guard says of itself
     lease_replies: tuple[LeaseReply, ...] = ()  # without the key: the shell adds it
     hand_over_replies: tuple[HandOverReply, ...] = ()
 

@@ -17,6 +17,9 @@ from haptics.settings import HapticsSettings
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
 from tower.cockpit.settings import CockpitSettings
+from vehicle_gateway.corridor import Odometry
+from vehicle_gateway.guard import GuardLimits, motion_of, things_of, watch
+from vehicle_gateway.place import fix_of
 from wire.configuration import shipped
 from wire.latest import EventQueue, Latest
 from wire.messages.automation import Reason, RoadMap, Scene, TakeoverRequest, TrackedObject
@@ -262,6 +265,7 @@ class Drive:
     closest_m: float = 99.0
     person_gap_m: float = 99.0
     kerb_gap_m: float = 99.0
+    guarded: int = 0  # scenes in which the collision guard would have taken something away
     ticks: int = 0
     trace: list[tuple[float, float, float, str]] = field(default_factory=list)  # station, offset, speed, mode
 
@@ -290,7 +294,9 @@ class Drive:
         if self.ticks % 6 == 0:
             self.wire.tell("gateway_status", self._status(now))
         if self.ticks % 12 == 0:
-            self.wire.tell("scene", self._scene(now))
+            scene = self._scene(now)
+            self._guard(scene)
+            self.wire.tell("scene", scene)
         if self.ticks % 120 == 1:
             self.wire.tell("road_map", self.road_map)
             self.wire.tell("vehicle_description", CAR)
@@ -420,6 +426,17 @@ class Drive:
             stopping_corridor=(),
         )
 
+    def _guard(self, scene: Scene) -> None:
+        """Whether the car's collision guard would take anything away from the operator who drives."""
+        car, command = self.car, self.car.command
+        if car.mode is not Mode.REMOTE or command is None:
+            return
+        here = Odometry(x_m=car.x, y_m=car.y, heading_rad=car.heading)
+        limits, motion = GuardLimits(), motion_of(car.speed, command.road_wheel_angle_rad, False, CAR)
+        things = things_of(scene, fix_of(scene, here, 0.0, 0.0, scene.stamp_ns), limits)
+        seen = watch(things, (car.x, car.y, car.heading), motion, False, False, scene.stamp_ns, CAR, limits)
+        self.guarded += sum(bound.acceleration_m_s2 < command.acceleration_m_s2 for bound in seen.bounds)
+
     def _window(self, now: int) -> WindowStatus:
         if self.car.station_m >= self.freeze_at_m and self.frozen_capture_ns is None:
             self.frozen_capture_ns = now - self.video_ns
@@ -460,6 +477,7 @@ def test_it_passes_the_site_with_room_on_both_sides_and_hands_back_in_its_lane(m
     drive = Drive(map_name=map_name, video_ns=video_ns).until(took_and_gave_back, 60.0)
     assert drive.closest_m >= 0.3
     assert drive.kerb_gap_m >= 0.1
+    assert drive.guarded == 0
     station, offset, _, _ = drive.trace[-1]
     assert station > SITE_M + SITE_LENGTH_M + 4.5 and abs(offset - drive.road.own_lane_offset_m) < 0.7
 
@@ -467,11 +485,13 @@ def test_it_passes_the_site_with_room_on_both_sides_and_hands_back_in_its_lane(m
 def test_it_gets_out_from_a_standstill_six_metres_before_the_first_cone() -> None:
     drive = Drive(start_m=SITE_M - TAPER_M - 3.6 - 6.0 - 6.05).until(took_and_gave_back, 60.0)
     assert drive.closest_m >= 0.3 and drive.kerb_gap_m >= 0.1
+    assert drive.guarded == 0
 
 
 def test_it_stops_for_a_person_who_steps_into_its_path_and_goes_on_when_they_have_passed() -> None:
     drive = Drive(video_ns=100_000_000, walker=Walker(156.0, starts_within_m=11.0)).until(took_and_gave_back, 60.0)
     assert drive.person_gap_m >= 1.0
+    assert drive.guarded == 0
     assert min(speed for station, _, speed, _ in drive.trace if station > 140.0) < 0.3
 
 

@@ -245,6 +245,20 @@ def test_requested_and_applied_stand_side_by_side_with_the_rule_between_them() -
     assert controls.steer_text == "8.6° L"
 
 
+def test_the_collision_guard_speaks_to_whoever_drives_and_to_nobody_else() -> None:
+    def toast(mode: Mode, guard: str) -> str:
+        return view_model(sights(status(mode), state=heard(state(guard=guard)))).toast
+
+    assert toast(Mode.REMOTE, "holding") == "Collision guard: something is close. Enter: pass it at walking pace"
+    assert toast(Mode.REMOTE, "blind").startswith("Collision guard blind")
+    assert toast(Mode.REMOTE, "clear") == toast(Mode.AUTONOMOUS, "blind") == ""
+
+
+def test_an_override_is_not_called_a_limit() -> None:
+    car = state(rules=("guard overridden",), guard="overridden")
+    assert view_model(sights(status(Mode.REMOTE), state=heard(car))).controls.rule_text == "Applied as requested"
+
+
 def test_old_figures_are_not_shown() -> None:
     model = view_model(sights(status(Mode.REMOTE), state=heard(state(), 400.0), operator=heard(operator(), 1500.0)))
     assert not model.dial.fresh

@@ -22,6 +22,7 @@ from tower.cockpit.devices import Controls, Presses, View, newly_pressed, window
 from tower.cockpit.hand_over import HandOverInputs, HandOverState
 from tower.cockpit.keyboard import lock_rad
 from tower.cockpit.lease_client import Lease
+from tower.cockpit.override import override_until_ns
 from tower.cockpit.pedals import Arming, arm
 from tower.cockpit.reading import CockpitLink, Inbox
 from tower.cockpit.settings import CockpitSettings
@@ -113,6 +114,7 @@ class Cockpit:
         self._sequence = 0
         self._pings = 0
         self._pinged_ns = self._told_ns = self._sent_ns = -HEALTH_NS
+        self._override_ns = 0  # until when the operator wishes to pass what the collision guard holds the car for
         self._sent: Wanted | None = None
         self._worth: tuple[object, ...] = ()
 
@@ -174,6 +176,8 @@ class Cockpit:
         inputs = self._wheel_inputs(view, status, now_ns)
         self._turn(inputs, dt_s, now_ns)
         self._ask(pressed, status, now_ns)
+        state = view.vehicle_state.message if view.vehicle_state is not None else None
+        self._override_ns = override_until_ns(self._override_ns, pressed, self._mode, state, now_ns)
         return alignment.alignment_error_rad(inputs)
 
     def _turn(self, inputs: WheelInputs, dt_s: float, now_ns: int) -> None:
@@ -231,7 +235,8 @@ class Cockpit:
         if view.description is None:
             return Wanted()
         angle = alignment.command_angle_rad(self._wheel, self._controls.wheel.angle_rad, now_ns, self._haptics.alignment)
-        return wanted(self._controls, angle, self._arming.armed, view.description.message, self._settings.pedals)
+        want = wanted(self._controls, angle, self._arming.armed, view.description.message, self._settings.pedals)
+        return replace(want, override=now_ns < self._override_ns)
 
     def _send(self, want: Wanted, view: View, now_ns: int) -> None:
         """On every change, and at least at 100 Hz; never after STOP, without a lease, or to an unknown car."""

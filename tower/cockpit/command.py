@@ -30,6 +30,7 @@ class Wanted:
     lights: Lights = Lights.LOW
     wipers: Wipers = Wipers.OFF
     dead_man: bool = False
+    override: bool = False  # of the collision guard
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,6 +110,7 @@ def built(want: Wanted, lease_epoch: int, sequence: int, stamps: Stamps) -> Driv
         lights=want.lights,
         wipers=want.wipers,
         dead_man=want.dead_man,
+        override=want.override,
     )
 
 
@@ -127,4 +129,4 @@ def is_event(want: Wanted, sent: Wanted | None, steering_ratio: float) -> bool:
 
 
 def _switches(want: Wanted) -> tuple[object, ...]:
-    return want.gear, want.indicators, want.hazard, want.horn, want.lights, want.wipers, want.dead_man
+    return want.gear, want.indicators, want.hazard, want.horn, want.lights, want.wipers, want.dead_man, want.override

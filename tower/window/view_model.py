@@ -28,7 +28,17 @@ from tower.window.views import (
     Tone,
     ViewModel,
 )
-from tower.window.words import SCRIPTED_NOTE, dead_man_name, lamps_text, milliseconds, minutes, rule_words, seconds, sentence
+from tower.window.words import (
+    SCRIPTED_NOTE,
+    dead_man_name,
+    guard_words,
+    lamps_text,
+    milliseconds,
+    minutes,
+    rule_words,
+    seconds,
+    sentence,
+)
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, Mode, VehicleDescription, VehicleState
@@ -171,8 +181,9 @@ def _controls(sights: Sights) -> ControlsView:
 
 
 def _rule_text(state: VehicleState) -> str:
-    if state.rules:
-        return f"Limited by {rule_words(state.rules)}"
+    limiting = tuple(rule for rule in state.rules if rule != "guard overridden")  # that one allows
+    if limiting:
+        return f"Limited by {rule_words(limiting)}"
     asked, sent = state.requested, state.applied
     is_same = (asked.road_wheel_angle_rad, asked.acceleration_m_s2) == (sent.road_wheel_angle_rad, sent.acceleration_m_s2)
     return "Applied as requested" if is_same else "Not as requested"
@@ -297,7 +308,11 @@ def _toast(sights: Sights, picture: PictureView, shown: CardView | None) -> str:
         return f"Picture late: it shows what was {seconds(age / 1e9)} ago"
     if focus_is_missed(sights) and (shown is None or shown.title != UNFOCUSED):
         return "The window has no focus: every control is released. Click here"
-    return ""
+    return guard_words(sights.fresh_state.guard) if sights.fresh_state is not None and _is_remote(sights) else ""
+
+
+def _is_remote(sights: Sights) -> bool:
+    return known_mode(sights.status, sights.now_ns) is Mode.REMOTE
 
 
 def _end(sights: Sights) -> EndView | None:

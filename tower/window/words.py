@@ -14,6 +14,19 @@ def rule_words(rules: tuple[str, ...]) -> str:
     return ", ".join(named[:3]) + more
 
 
+_GUARD = {
+    "blind": "Collision guard blind: the car knows of nothing around it",
+    "holding": "Collision guard: something is close. Enter: pass it at walking pace",
+    "braking": "Collision guard brakes",
+    "overridden": "Collision guard overridden: walking pace",
+}
+
+
+def guard_words(guard: str) -> str:
+    """What the car's collision guard says to whoever drives; "" while nothing is in the way."""
+    return _GUARD.get(guard, "")
+
+
 def dead_man_name(device: str) -> str:
     """The named dead-man control of a device (architecture.md, "Failsafe")."""
     return _DEAD_MAN.get(device.split(" (")[0], "the left paddle")  # "gamepad (its name)"

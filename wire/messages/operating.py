@@ -57,6 +57,7 @@ class DriveCommand(Message):
     lights: Lights = Lights.LOW
     wipers: Wipers = Wipers.OFF
     dead_man: bool  # the operator holds the dead-man control, the sample is fresh, the window has focus
+    override: bool = False  # pass what the collision guard stops for; counts below walking pace only
     hmac: Hmac = ""  # of all fields above under the lease's key: wire.signature
 
 

@@ -75,6 +75,7 @@ class VehicleState(Message):
     loop_age_ms: Milliseconds  # worst required camera: now minus the capture stamp of the picture the operator acts on
     command_age_ms: Milliseconds  # since the last valid command was received
     feedback_age_ms: Milliseconds = 0.0  # since the car last told on CAN how it moves; 1e9: never
+    guard: Name = ""  # the collision guard: off, blind, clear, holding, braking, overridden; "": no word of it
 
 
 class HandOver(Message):

@@ -1,0 +1,20 @@
+"""Passing what the car's collision guard holds it for: one press of "take over" while it holds the car. Pure.
+
+The car decides whether it counts (below walking pace only, and it records every cycle); here a press becomes a wish that
+lasts a few seconds and ends by itself. A press at any other time is no such wish.
+"""
+
+from wire.messages.vehicle import Mode, VehicleState
+
+LASTS_NS = 5_000_000_000  # ours: at walking pace a car's length and a half; longer needs another press
+WALKING_M_S = 5 / 3.6
+HELD = ("holding", "braking", "overridden")  # VehicleState.guard
+
+
+def override_until_ns(until_ns: int, pressed: frozenset[str], mode: Mode | None, state: VehicleState | None, now_ns: int) -> int:
+    """Until when the wish lasts.
+
+    state  the newest of the car, None before the first
+    """
+    held = mode is Mode.REMOTE and state is not None and state.guard in HELD and abs(state.speed_m_s) <= WALKING_M_S
+    return now_ns + LASTS_NS if held and "accept" in pressed else until_ns
