@@ -20,7 +20,9 @@ from wire.messages.base import Message, Name, TimeNs
 from wire.messages.vehicle import VehicleDescription
 
 RULE, OVERRIDDEN_RULE = "collision guard", "guard overridden"
-NEAR_M = 25.0  # from the rear axle: a car at 40 km/h, its front, and who comes towards it within the horizon
+NEAR_M = 25.0  # from the rear axle, and never farther: a car at 30 km/h, its front, and who comes towards it
+AROUND_M = 6.0  # ours: a car's front, a thing's radius and the doubt of both
+GAINED_M_S = 1.0  # by the car until the scene is too old: 2 m/s2 for half a second
 THINGS_MAX = 30  # ours: the nearest; who stands behind thirty others is met after them
 CANDIDATES_MAX = 8  # ours: of those near the path; bounds a cycle's work
 STEP_S, STEPS = 0.1, 15  # horizon 1.5 s: from 8.3 m/s a stop with 4 m/s2 takes 1.04 s of the way, and the reaction
@@ -104,10 +106,16 @@ class Touch(NamedTuple):
     along_m_s: float  # the thing's own speed along the way of the car
 
 
-def things_of(scene: Scene, fix: Fix, limits: GuardLimits) -> Things:
-    """Once per scene: the nearest, in the odometry frame. fix: of this scene."""
-    x0, y0, near2 = scene.x_m, scene.y_m, NEAR_M**2
-    near = [(distance2, thing) for thing in scene.objects if (distance2 := (thing.x_m - x0) ** 2 + (thing.y_m - y0) ** 2) < near2]
+def things_of(scene: Scene, fix: Fix, speed_m_s: float, limits: GuardLimits) -> Things:
+    """Once per scene: those that could be met before it is too old, the nearest, in the odometry frame. fix: of this scene."""
+    x0, y0, moving2 = scene.x_m, scene.y_m, NEAR_M**2
+    ahead_s = STEP_S * STEPS + limits.age_max_ms / 1e3
+    static2 = min(AROUND_M + (abs(speed_m_s) + GAINED_M_S) * ahead_s, NEAR_M) ** 2
+    near = [
+        (distance2, thing)
+        for thing in scene.objects
+        if (distance2 := (thing.x_m - x0) ** 2 + (thing.y_m - y0) ** 2) < (static2 if thing.static else moving2)
+    ]
     if len(near) > THINGS_MAX:
         near = sorted(near, key=lambda each: each[0])[:THINGS_MAX]
     turn = fix.odometry.heading_rad - fix.heading_rad
@@ -176,14 +184,16 @@ def near_path(
     c, s, way = cos(heading), sin(heading), -1.0 if backwards else 1.0
     horizon_s = STEP_S * STEPS
     reach_m = motion.front_m + max(motion.speed_m_s, SAMPLED_M_S) * horizon_s
-    aside_m = motion.half_width_m + min(reach_m**2 * abs(motion.curvature_1_m) / 2, reach_m)
     grown, found = limits.growth_m_s * (age_s + LIST_AGE_S), []
+    reach_m += grown
+    behind_m = -motion.rear_m - grown
+    aside_m = motion.half_width_m + min(reach_m**2 * abs(motion.curvature_1_m) / 2, reach_m) + grown
     for x, y, velocity_x, velocity_y, radius in things.near:
         dx, dy = x + velocity_x * age_s - x0, y + velocity_y * age_s - y0
         ahead, left = way * (dx * c + dy * s), dy * c - dx * s
-        margin = radius + grown + (abs(velocity_x) + abs(velocity_y)) * horizon_s
-        if -motion.rear_m - margin < ahead < reach_m + margin and abs(left) < aside_m + margin:
-            along, across = way * (velocity_x * c + velocity_y * s), velocity_y * c - velocity_x * s
+        along, across = way * (velocity_x * c + velocity_y * s), velocity_y * c - velocity_x * s
+        length_m = abs(along) * horizon_s + radius
+        if abs(left) < aside_m + abs(across) * horizon_s + radius and behind_m - length_m < ahead < reach_m + length_m:
             found.append(Near(ahead, left, along, across, radius + grown))
     if len(found) > CANDIDATES_MAX:
         found = sorted(found, key=lambda near: abs(near.x_m - motion.front_m))[:CANDIDATES_MAX]

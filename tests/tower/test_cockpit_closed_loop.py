@@ -433,7 +433,7 @@ class Drive:
             return
         here = Odometry(x_m=car.x, y_m=car.y, heading_rad=car.heading)
         limits, motion = GuardLimits(), motion_of(car.speed, command.road_wheel_angle_rad, False, CAR)
-        things = things_of(scene, fix_of(scene, here, 0.0, 0.0, scene.stamp_ns), limits)
+        things = things_of(scene, fix_of(scene, here, 0.0, 0.0, scene.stamp_ns), car.speed, limits)
         seen = watch(things, (car.x, car.y, car.heading), motion, False, False, scene.stamp_ns, CAR, limits)
         self.guarded += sum(bound.acceleration_m_s2 < command.acceleration_m_s2 for bound in seen.bounds)
 

@@ -199,10 +199,18 @@ def test_of_five_hundred_only_the_nearest_are_kept_and_in_the_frame_of_the_odome
     crowd = [tracked(100.0 + 0.04 * number, 50.0) for number in range(500)]
     at = scene(crowd, START, x=100.0, y=50.0, heading=pi / 2)
     fix = fix_of(at, Odometry(x_m=7.0, y_m=3.0), 0.0, 0.0, START)
-    kept = things_of(at, fix, LIMITS).near
+    kept = things_of(at, fix, 5.0, LIMITS).near
     assert len(kept) == THINGS_MAX
     assert kept[10].x_m == pytest.approx(7.0, abs=1e-9) and kept[10].y_m == pytest.approx(3.0 - 0.4)  # east is to the right
     assert kept[0].radius_m == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("x", "static", "speed", "kept"), [(20.0, True, 8.0, 1), (20.0, True, 2.0, 0), (20.0, False, 2.0, 1), (26.0, False, 8.0, 0)]
+)
+def test_what_cannot_be_met_before_the_next_scenes_is_not_kept(x, static, speed, kept):
+    at = scene([tracked(x, 0.0, static=static)], START)
+    assert len(things_of(at, fix_of(at, Odometry(), 0.0, 0.0, START), speed, LIMITS).near) == kept
 
 
 # -- stories around the cycle ---------------------------------------------------------------------------------------------
