@@ -6,13 +6,15 @@ Plausible and full-sized; the stamps are those of a link without loss, pictures 
 from math import cos, sin
 from typing import TypeVar
 
+from vehicle_gateway.cycle import speed_of
 from vehicle_gateway.state import State
-from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt, Evidence, Scene
+from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt, Evidence, Scene, TrackedObject
 from wire.messages.base import Gear, Indicators, Message, decoder, encode
 from wire.messages.operating import DriveCommand
 from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import Mode, VehicleDescription
 
+TRACKED = 24  # about what the demo's street has: people, cones, barriers
 BOOT, CORRIDOR_POINTS, CHANNELS = "benchmark", 60, ("planner", "map", "localization", "perception", "weather", "sensors")
 ECHO_NS, PICTURE_NS = 20_000_000, 60_000_000
 M = TypeVar("M", bound=Message)
@@ -68,7 +70,7 @@ def status(now_ns: int, number: int) -> AutonomyStatus:
 
 
 def scene(now_ns: int, state: State) -> Scene:
-    """A straight corridor of 1 m steps from where the gateway's own odometry has the car."""
+    """A straight corridor of 1 m steps from where the gateway's own odometry has the car, a row of people on either side."""
     at = state.odometry
     points = tuple((at.x_m + ahead * cos(at.heading_rad), at.y_m + ahead * sin(at.heading_rad)) for ahead in range(CORRIDOR_POINTS))
     return Scene(
@@ -76,14 +78,32 @@ def scene(now_ns: int, state: State) -> Scene:
         x_m=at.x_m,
         y_m=at.y_m,
         heading_rad=at.heading_rad,
-        speed_m_s=0.0,
+        speed_m_s=speed_of(state),
         yaw_rate_rad_s=0.0,
         deviation_m=0.1,
         station_m=0.0,
         offset_m=0.0,
-        objects=(),
+        objects=tuple(_beside(state, number) for number in range(TRACKED)),
         plan=(),
         stopping_corridor=points,
+    )
+
+
+def _beside(state: State, number: int) -> TrackedObject:
+    """Rows 3 m to the left and right of the car, every second pair walking along with it."""
+    at, ahead, left = state.odometry, 2.0 * (number // 2) - 5.0, 3.0 if number % 2 else -3.0
+    c, s, walk_m_s = cos(at.heading_rad), sin(at.heading_rad), 1.4 * (number // 2 % 2)
+    return TrackedObject(
+        number=number,
+        kind="person",
+        x_m=at.x_m + ahead * c - left * s,
+        y_m=at.y_m + ahead * s + left * c,
+        velocity_x_m_s=walk_m_s * c,
+        velocity_y_m_s=walk_m_s * s,
+        radius_m=0.3,
+        deviation_m=0.1,
+        static=walk_m_s == 0.0,
+        age_s=5.0,
     )
 
 

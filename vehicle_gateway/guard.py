@@ -13,9 +13,9 @@ from typing import Annotated, NamedTuple
 
 from msgspec import Meta
 
+from vehicle_gateway.corridor import Odometry
+from vehicle_gateway.free_way import Surroundings
 from vehicle_gateway.gate import Bound
-from vehicle_gateway.place import Fix
-from wire.messages.automation import Scene
 from wire.messages.base import Message, Name, TimeNs
 from wire.messages.vehicle import VehicleDescription
 
@@ -43,7 +43,9 @@ class GuardLimits(Message):
     deviations: Annotated[float, Meta(ge=0.0, le=4.0)] = 1.0  # of its place, added to a thing's radius
     growth_m_s: Annotated[float, Meta(ge=0.0, le=3.0)] = 0.2  # ours: a thing grows by so much while its evidence ages
     age_max_ms: Annotated[float, Meta(ge=100.0, le=3000.0)] = 500.0  # five scenes missed: blind
-    override_m_s: Annotated[float, Meta(ge=0.0, le=2.0)] = 5 / 3.6  # walking pace: below it the operator may override
+    override_m_s: Annotated[float, Meta(ge=0.0, le=2.0)] = (
+        1.5  # walking pace, 5 km/h, and its ripple: below it the operator may override
+    )
 
 
 class Thing(NamedTuple):
@@ -106,31 +108,30 @@ class Touch(NamedTuple):
     along_m_s: float  # the thing's own speed along the way of the car
 
 
-def things_of(scene: Scene, fix: Fix, speed_m_s: float, limits: GuardLimits) -> Things:
-    """Once per scene: those that could be met before it is too old, the nearest, in the odometry frame. fix: of this scene."""
-    x0, y0, moving2 = scene.x_m, scene.y_m, NEAR_M**2
+def things_of(around: Surroundings, odometry: Odometry, speed_m_s: float, limits: GuardLimits) -> Things:
+    """Once per scene: those that could be met before it is too old, of many the nearest."""
+    x0, y0 = odometry.x_m, odometry.y_m
     ahead_s = STEP_S * STEPS + limits.age_max_ms / 1e3
-    static2 = min(AROUND_M + (abs(speed_m_s) + GAINED_M_S) * ahead_s, NEAR_M) ** 2
+    reach_m = min(AROUND_M + (abs(speed_m_s) + GAINED_M_S) * ahead_s, NEAR_M)
     near = [
-        (distance2, thing)
-        for thing in scene.objects
-        if (distance2 := (thing.x_m - x0) ** 2 + (thing.y_m - y0) ** 2) < (static2 if thing.static else moving2)
+        (distance2, thing, moves)
+        for seen, within_m, moves in ((around.standing, reach_m, 0.0), (around.moving, NEAR_M, 1.0))
+        for thing in seen
+        if (distance2 := (thing.x_m - x0) ** 2 + (thing.y_m - y0) ** 2) < within_m**2
     ]
     if len(near) > THINGS_MAX:
         near = sorted(near, key=lambda each: each[0])[:THINGS_MAX]
-    turn = fix.odometry.heading_rad - fix.heading_rad
-    c, s, x, y = cos(turn), sin(turn), fix.odometry.x_m, fix.odometry.y_m
     return Things(
-        stamp_ns=scene.stamp_ns,
+        stamp_ns=around.seen_ns,
         near=tuple(
             Thing(
-                x + (thing.x_m - x0) * c - (thing.y_m - y0) * s,
-                y + (thing.x_m - x0) * s + (thing.y_m - y0) * c,
-                0.0 if thing.static else thing.velocity_x_m_s * c - thing.velocity_y_m_s * s,
-                0.0 if thing.static else thing.velocity_x_m_s * s + thing.velocity_y_m_s * c,
+                thing.x_m,
+                thing.y_m,
+                moves * thing.velocity_x_m_s,
+                moves * thing.velocity_y_m_s,
                 thing.radius_m + limits.deviations * thing.deviation_m,
             )
-            for _, thing in near
+            for _, thing, moves in near
         ),
     )
 

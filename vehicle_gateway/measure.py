@@ -50,7 +50,7 @@ def _of_scene(
 ) -> dict[str, object]:
     shift = shift_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns)
     around = keep_surroundings(scene, shift)
-    fields = {
+    fields: dict[str, object] = {
         "around": around,
         "things": things_of(around, state.odometry, feedback.speed_m_s, limits),
         "fix": fix_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns),

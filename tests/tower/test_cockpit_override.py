@@ -42,7 +42,7 @@ def test_a_press_while_the_guard_holds_the_car_is_the_wish_for_five_seconds(guar
         (frozenset(), Mode.REMOTE, state()),
         (ACCEPT, Mode.REMOTE, state("clear")),
         (ACCEPT, Mode.REMOTE, state("blind")),
-        (ACCEPT, Mode.REMOTE, state(speed=1.5)),
+        (ACCEPT, Mode.REMOTE, state(speed=1.6)),
         (ACCEPT, Mode.REMOTE, None),
         (ACCEPT, Mode.TAKEOVER_REQUESTED, state()),
         (ACCEPT, None, state()),

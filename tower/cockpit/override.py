@@ -7,7 +7,7 @@ lasts a few seconds and ends by itself. A press at any other time is no such wis
 from wire.messages.vehicle import Mode, VehicleState
 
 LASTS_NS = 5_000_000_000  # ours: at walking pace a car's length and a half; longer needs another press
-WALKING_M_S = 5 / 3.6
+WALKING_M_S = 1.5  # as the car's: 5 km/h and its ripple
 HELD = ("holding", "braking", "overridden")  # VehicleState.guard
 
 
