@@ -152,11 +152,23 @@ def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayL
         fields["bounces"] = state.bounces + 1
     if mode is Mode.SAFE_STOP:
         fields["bounces"] = 0
-    if mode is Mode.SAFE_STOP and event is not Event.BUDGET_OVER:
+    if mode is Mode.SAFE_STOP and _counts(state, event, limits):
         fields["stops"] = (*(at for at in state.stops if now_ns - at < TEN_MINUTES_NS), now_ns)
     if event is Event.ENGAGED:
         fields |= {"engaged": True, "changed_hands_ns": now_ns}
     return replace(state, **fields)
+
+
+def _counts(state: State, event: Event, limits: GatewayLimits) -> bool:
+    """Whether a safe stop is one of those of which too many need a supervisor.
+
+    Running out of the budget is planned. A STOP pressed while nobody drives and the car is known to stand stops nothing: the
+    checklist before a drive asks for one.
+    """
+    if event is not Event.TOWER_STOP:
+        return event is not Event.BUDGET_OVER
+    stands = state.feedback is not None and abs(state.feedback.speed_m_s) < limits.authority.standstill_m_s
+    return not stands or driving_source(state.authority) is not Source.NOBODY
 
 
 def _ended(state: State, how: str) -> HandOver:

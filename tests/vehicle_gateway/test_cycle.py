@@ -989,6 +989,44 @@ def test_stop_needs_no_lease_and_is_confirmed_by_its_number(story):
     assert "STOP" in drive.told().cause
 
 
+@pytest.mark.parametrize("granted", [False, True], ids=["standby", "handing over from standby"])
+def test_a_stop_while_nobody_drives_and_the_car_stands_is_confirmed_latched_and_not_counted(granted):
+    """The checklist before the drive asks for it, again and again as operators change."""
+    drive = Drive()
+    drive.run(0.2)
+    for number in range(1, 5):
+        if granted and number == 1:
+            drive.lease()
+            assert drive.ask(Action.TAKE).outcome is Outcome.GRANTED and drive.mode is M.HANDING_OVER
+        drive.press_stop(number=number)
+        assert (drive.told().stop_number, drive.out.brake_hold) == (number, True)
+        drive.run(0.2)
+        assert (drive.mode, drive.told().stops_in_ten_minutes) == (M.STOPPED, 0)
+        drive.lease()
+        assert "STOP" in drive.ask(Action.TAKE).rule
+        assert drive.ask(Action.CLEAR).outcome is Outcome.GRANTED
+    assert taken(drive).mode is M.REMOTE
+
+
+@pytest.mark.parametrize(("speed", "heard"), [(0.06, True), (-0.06, True), (0.0, False)], ids=["rolls", "rolls back", "unheard"])
+def test_a_stop_counts_when_the_car_rolls_or_nobody_knows(speed, heard):
+    drive = Drive(speed=0.0)
+    drive.feedback = heard
+    drive.tick()
+    drive.speed = speed
+    assert drive.mode is M.STANDBY
+    drive.press_stop()
+    assert (drive.mode, drive.told().stops_in_ten_minutes) == (M.SAFE_STOP, 1)
+
+
+@pytest.mark.parametrize("story", [autonomous, remote])
+def test_a_stop_that_takes_a_standing_car_from_its_driver_counts(story):
+    drive = story()
+    drive.speed = 0.0
+    drive.press_stop()
+    assert (drive.mode, drive.told().stops_in_ten_minutes) == (M.STOPPED, 1)
+
+
 def test_a_stopped_car_is_taken_only_after_the_stop_was_cleared_and_with_a_new_epoch():
     drive = remote()
     drive.press_stop()
