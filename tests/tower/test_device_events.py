@@ -4,11 +4,12 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptics.force_feedback import Abilities
+from haptics.force_feedback import Abilities, Effects
 from tower.cockpit.devices import View
 from tower.cockpit.wheel import WheelDevice
 from tower.devices.evdev_events import EV_ABS, EV_KEY, EV_SYN, SYN_DROPPED, named, newest_ns, resynced
 from tower.devices.finder import Finder, profile_for
+from tower.devices.force_feedback import Forces
 from tower.devices.found import Node, axes_in, nodes
 from tower.devices.known import KNOWN, through_evdev
 from tower.devices.source import Readings, Unplugged
@@ -115,6 +116,40 @@ def test_a_wheel_is_opened_once_and_anew_after_it_was_pulled_out(tmp_path: Path)
     device.read(View(), 0.004, 1)
     finder.look()
     assert opener.asked == ["/dev/input/event1"] * 2 and len(finder.arrived) == 1
+
+
+class Mortal:
+    """A process that renders forces, until it is killed."""
+
+    def __init__(self) -> None:
+        self.ended = False
+
+    def feel(self, effects: Effects, now_ns: int) -> None:
+        pass
+
+    def close(self) -> None:
+        self.ended = True
+
+
+def test_forces_that_have_ended_are_named_with_the_time_they_come_back(tmp_path: Path):
+    a_device(tmp_path, 1, "046d", "c262", "27", "G920")
+    started: list[Mortal] = []
+
+    def start() -> Mortal:
+        started.append(Mortal())
+        return started[-1]
+
+    def opened(node: Node) -> WheelDevice:
+        return WheelDevice(profile_for(node, {}, {}), Opener(), Abilities(), Forces(start, 0))
+
+    finder = Finder({}, opened, tmp_path)
+    finder.look()
+    finder.look()
+    assert finder.note == ""
+    started[0].ended = True
+    finder.look()
+    assert "its forces have ended, started again in 1 s" in finder.note
+    assert len(started) == 1
 
 
 def test_a_second_device_of_the_same_wheel_without_its_axes_is_left_alone(tmp_path: Path):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from haptics.force_feedback import Abilities, Effects
 from tower.cockpit.devices import Controls, View
-from tower.devices.force_feedback import ForceFeedback
+from tower.devices.force_feedback import Forces
 from tower.devices.profile import Profile
 from tower.devices.source import Source, Unplugged
 from tower.devices.switches import Control
@@ -15,7 +15,7 @@ NEWS_AGE_MAX_NS = 500_000_000  # older news of the speed do not allow a gear cha
 
 
 class WheelDevice:
-    def __init__(self, profile: Profile, source: Source, can: Abilities, forces: ForceFeedback | None) -> None:
+    def __init__(self, profile: Profile, source: Source, can: Abilities, forces: Forces | None) -> None:
         self.name = profile.name
         self.can = can
         self.readings = WheelReadings()
@@ -78,15 +78,14 @@ class WheelDevice:
         if self._forces is not None:
             self._forces.feel(effects, now_ns)
 
-    @property
-    def forces_ended(self) -> bool:
-        """The process that renders the forces has ended by itself: the wheel goes on without them."""
-        return self._forces is not None and self._forces.ended
+    def look(self, now_ns: int) -> str:
+        """Of the forces: those that have ended by themselves are started again. In words what is wrong with them. May wait."""
+        forces = self._forces
+        return forces.look(now_ns) if forces is not None else ""
 
     def close(self) -> None:
         if self._forces is not None:
             self._forces.close()
-            self._forces = None
         self._source.close()
 
 

@@ -12,11 +12,12 @@ import msgspec
 
 from haptics.force_feedback import ForceFeedbackSettings
 from tower.cockpit.wheel import WheelDevice
-from tower.devices.force_feedback import ForceFeedback
+from tower.devices.force_feedback import ForceFeedback, Forces, command
 from tower.devices.found import SYSFS, UDEV_FIX, Node, has_evdev, nodes
 from tower.devices.known import KNOWN, XBOX_MODE, Ends, through_evdev
 from tower.devices.profile import EVDEV, Profile, half_range_rad
 from tower.devices.store import Saved
+from wire.clock import Clock
 
 LOOK_S = 1.0
 Open = Callable[[Node], WheelDevice]
@@ -54,7 +55,8 @@ def opened(node: Node, saved: Saved, settings: ForceFeedbackSettings) -> WheelDe
     profile = profile_for(node, saved, wheel.ends)
     can = wheel.abilities(half_range_rad(profile.steering))
     feels = profile.force_sign != 0 and (can.constant or can.spring)
-    return WheelDevice(profile, wheel, can, ForceFeedback(node.path, profile.force_sign, settings) if feels else None)
+    program = command(node.path, profile.force_sign, settings)
+    return WheelDevice(profile, wheel, can, Forces(lambda: ForceFeedback(program), Clock().now_ns()) if feels else None)
 
 
 class Finder:
@@ -65,6 +67,7 @@ class Finder:
         self.note = ""  # what keeps a wheel that is there from being used
         self._saved, self._open, self._root = saved, open_, root
         self._devices: dict[str, WheelDevice] = {}
+        self._clock = Clock()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="wheel finder", daemon=True)
 
@@ -92,7 +95,8 @@ class Finder:
         for node in wanted_nodes(seen, self._saved):
             known = self._devices.get(node.path)
             if known is not None and not known.unplugged:
-                note = f"{known.name}: its forces have ended; plug it in again" if known.forces_ended else note
+                wrong = known.look(self._clock.now_ns())
+                note = f"{known.name}: {wrong}" if wrong else note
                 continue
             try:
                 device = self._open(node)

@@ -2,7 +2,8 @@
 
 Reads packets of wanted effects from stdin, always the newest; uploads what haptics.effect_words says is due. Each effect is played
 once, without end (length 0), and updated in place. FF_GAIN and FF_AUTOCENTER outlive a process: both are set at start and reset
-at exit. Silence of 300 ms, a closed pipe or SIGTERM: the forces go. A wheel that is gone ends the program. Linux only.
+at exit. Silence, a closed pipe or SIGTERM: the forces go; they come back slowly (haptics.fading). A wheel that is gone ends the
+program. Linux only.
 Source: Documentation/input/ff.rst, python-evdev 2.0; our reference measurements on queues of uploads.
 """
 
@@ -17,13 +18,13 @@ from typing import Any
 
 from haptics import effect_words
 from haptics.effect_words import CONSTANT, DAMPER, LEFT, SPRING, Uploads, Words
-from haptics.force_feedback import Abilities, Effects, silent
+from haptics.fading import Hearing, heard, rendered
+from haptics.force_feedback import Abilities, Effects
 from tower.devices.evdev_events import FF_CONSTANT, FF_DAMPER, FF_SPRING
 from tower.devices.force_feedback import PACKET, unpack
 from wire.clock import Clock
 
 EV_FF, FF_GAIN, FF_AUTOCENTER = 0x15, 0x60, 0x61
-SILENCE_NS = 300_000_000  # six packets missed: the cockpit hangs
 LOOK_S = 0.005
 _TYPES = {CONSTANT: FF_CONSTANT, SPRING: FF_SPRING, DAMPER: FF_DAMPER}
 
@@ -104,18 +105,17 @@ def run(path: str, sign: int, gain: float, uploads_max_1_s: float) -> int:
 
 
 def _serve(renderer: Renderer, sign: int, uploads_max_1_s: float, stop: threading.Event, now: Callable[[], int]) -> None:
-    wanted, uploads, heard_ns, rest = silent(renderer.can), Uploads(), now(), b""
+    hearing, uploads, rest = Hearing(), Uploads(), b""
     while not stop.is_set():
         if select.select([sys.stdin.fileno()], [], [], LOOK_S)[0]:
             data = os.read(sys.stdin.fileno(), 65536)
             if not data:
                 return
             newest, rest = newest_packet(rest + data)
-            wanted, heard_ns = (newest or wanted), now()
+            hearing = heard(hearing, newest or hearing.wanted, now())
         now_ns = now()
-        if now_ns - heard_ns > SILENCE_NS:
-            wanted = silent(renderer.can)
-        uploads, name = effect_words.due(uploads, effect_words.words(wanted, renderer.can, sign), now_ns, uploads_max_1_s)
+        wanted = effect_words.words(rendered(hearing, now_ns, renderer.can), renderer.can, sign)
+        uploads, name = effect_words.due(uploads, wanted, now_ns, uploads_max_1_s)
         if name is not None:
             renderer.upload(name, uploads.sent[name])
 
