@@ -132,6 +132,7 @@ def test_stop_is_asked_for_only_while_the_car_stands() -> None:
         (Trial.WAITING, CheckState.PENDING),
         (Trial.PLAYING, CheckState.PENDING),
         (Trial.PLAYED, CheckState.PASSED),
+        (Trial.FILED, CheckState.PASSED),
         (Trial.SILENT, CheckState.FAILED),
     ],
 )
@@ -143,7 +144,8 @@ def test_sound_passes_when_the_alarm_was_played_to_its_end(trial: Trial, state: 
 def test_every_required_camera_has_to_be_live(state: PictureState) -> None:
     good = state is PictureState.LIVE
     assert item("cameras", after(), pictures={"front": state}).state is (CheckState.PASSED if good else CheckState.FAILED)
-    assert item("cameras", after(), pictures={}).text == "front: old!"
+    assert item("cameras", after(), pictures={}).text == "front: none!"
+    assert item("cameras", after(), pictures={"front": PictureState.FROZEN}).text == "front: old!"
     assert item("cameras", after(), description=None).state is CheckState.PENDING
 
 

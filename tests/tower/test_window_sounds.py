@@ -3,8 +3,9 @@
 import itertools
 
 import numpy as np
+import pytest
 
-from tower.window.sounds import SCORES, Sound, alarm_on, sound_at_change, waveform
+from tower.window.sounds import SCORES, Sound, Trial, alarm_on, end_of, sound_at_change, waveform
 from wire.messages.vehicle import Mode
 
 OPERATOR = {Mode.REMOTE, Mode.HANDING_BACK}
@@ -17,6 +18,21 @@ GROUPS = (
     (STOPPING, Sound.STOPPING),
     (PERSON, Sound.PERSON_DRIVES),
 )
+
+
+@pytest.mark.parametrize(
+    ("volume", "driver", "end"),
+    [
+        (0.6, None, Trial.PLAYED),
+        (0.6, "alsa", Trial.PLAYED),
+        (0.6, "disk", Trial.FILED),
+        (0.6, "dummy", Trial.SILENT),
+        (0.0, None, Trial.SILENT),
+        (0.0, "disk", Trial.SILENT),
+    ],
+)
+def test_what_nobody_can_hear_is_not_called_played(volume: float, driver: str | None, end: Trial) -> None:
+    assert end_of(volume, driver) is end
 
 
 def test_a_sound_tells_of_every_change_of_the_driver_and_of_nothing_else() -> None:

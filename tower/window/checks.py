@@ -151,6 +151,7 @@ def _sound(trial: Trial) -> Check:
     return {
         Trial.SILENT: Check("sound", "no device!", CheckState.FAILED),
         Trial.PLAYED: Check("sound", "played", CheckState.PASSED),
+        Trial.FILED: Check("sound", "into a file", CheckState.PASSED),
         Trial.WAITING: Check("sound", "not tried yet", CheckState.PENDING),
         Trial.PLAYING: Check("sound", "this is it", CheckState.PENDING),
     }[trial]
@@ -162,7 +163,8 @@ def _cameras(measured: Measured) -> Check:
     required = [camera.name for camera in measured.description.cameras if camera.required]
     missing = [name for name in required if measured.pictures.get(name) is not PictureState.LIVE]
     if missing:
-        return Check("cameras", f"{', '.join(missing)}: old!", CheckState.FAILED)
+        none_yet = all(measured.pictures.get(name, PictureState.NONE) is PictureState.NONE for name in missing)
+        return Check("cameras", f"{', '.join(missing)}: {'none' if none_yet else 'old'}!", CheckState.FAILED)
     return Check("cameras", f"{len(required)} fresh", CheckState.PASSED)
 
 

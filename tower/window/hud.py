@@ -59,8 +59,8 @@ class Hud:
         self._pictures.draw(surface, frames, at, model.cameras, dark=model.end is not None)
         if model.road is not None and FRONT in frames:
             self._road.draw(surface, at.pictures[FRONT], model.road, at.scale, self._type)
-        self._draw_tags(surface, at, model)
         self._draw_panels(surface, at, model)
+        self._draw_tags(surface, at, model)
         self._draw_overlays(surface, at, model)
         self._draw_frame(surface, at, model.banner.look)
         self._blit(surface, "tab", at.tab, model.banner.look, draw_tab)
@@ -75,19 +75,21 @@ class Hud:
 
     def _draw_tags(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
         """What is wrong with a side or rear picture stands on it; of the front one the tape tells."""
+        if model.end is not None:
+            return
+        panels = _side_panels(at, model)
         for name, view in model.cameras.items():
             box = at.pictures.get(name)
             if view.tag and name != FRONT and box is not None:
-                self._blit(surface, f"tag {name}", tag_box(box, at.scale), view.tag, draw_tag)
+                self._blit(surface, f"tag {name}", tag_box(box, at.scale, panels), view.tag, draw_tag)
 
     def _draw_panels(self, surface: pygame.Surface, at: Layout, model: ViewModel) -> None:
         """One changed panel is drawn again per picture, in turn: nobody reads five of them thirty times a second."""
-        operator = at.operator._replace(h=max(1, round(operator_height(model.operator) * at.scale)))
         panels: tuple[tuple[str, Box, Any, Callable[[Ink, Any], None]], ...] = (
             ("dial", at.dial, model.dial, draw_dial),
             ("controls", at.controls, model.controls, draw_controls),
             ("map", at.map, model.map, draw_map),
-            ("operator", operator, model.operator, draw_operator),
+            ("operator", _operator_box(at, model), model.operator, draw_operator),
             ("link", at.link, model.link, draw_link),
         )
         changed = [name for name, _, view, _ in panels if name in self._parts and self._parts[name][0] != view]
@@ -104,17 +106,14 @@ class Hud:
         if model.end is not None:
             self._blit(surface, "end", at.end, model.end, draw_end)
         elif model.card is not None:
-            box = at.card._replace(h=max(1, round(card_height(model.card) * at.scale)))
-            self._blit(surface, "card", box, model.card, draw_card)
+            self._blit(surface, "card", _as_high(at.card, card_height(model.card), at), model.card, draw_card)
         else:
             self._blit(surface, "subtitle", at.subtitle, model.banner, draw_subtitle)
-        if model.briefing is not None and model.end is None:
-            wide = at.briefing.w / at.scale
-            box = at.briefing._replace(h=max(1, round(briefing_height(model.briefing, wide) * at.scale)))
-            self._blit(surface, "briefing", box, model.briefing, draw_briefing)
-        elif model.checklist is not None and model.end is None:
-            box = at.briefing._replace(h=max(1, round(checklist_height(model.checklist) * at.scale)))
-            self._blit(surface, "checklist", box, model.checklist, draw_checklist)
+        left = _left_box(at, model)
+        if left is not None and model.briefing is not None:
+            self._blit(surface, "briefing", left, model.briefing, draw_briefing)
+        elif left is not None and model.checklist is not None:
+            self._blit(surface, "checklist", left, model.checklist, draw_checklist)
         if model.help_open:
             self._blit(surface, "help", at.help, None, lambda ink, _: draw_help(ink))
         if model.toast:
@@ -139,6 +138,30 @@ def next_turn(last: str, names: list[str], changed: list[str]) -> str:
     """The first of the changed ones after the last one whose turn it was, round and round; the last one when none has changed."""
     begin = names.index(last) + 1 if last in names else 0
     return next((name for name in names[begin:] + names[:begin] if name in changed), last)
+
+
+def _side_panels(at: Layout, model: ViewModel) -> list[Box]:
+    """What stands over the side pictures."""
+    left = _left_box(at, model)
+    return [_operator_box(at, model), at.link, at.dial, at.map, *([left] if left is not None else [])]
+
+
+def _operator_box(at: Layout, model: ViewModel) -> Box:
+    return _as_high(at.operator, operator_height(model.operator), at)
+
+
+def _left_box(at: Layout, model: ViewModel) -> Box | None:
+    """Of the briefing, or of the checklist before it; None when neither is shown."""
+    if model.end is not None:
+        return None
+    if model.briefing is not None:
+        return _as_high(at.briefing, briefing_height(model.briefing, at.briefing.w / at.scale), at)
+    return _as_high(at.briefing, checklist_height(model.checklist), at) if model.checklist is not None else None
+
+
+def _as_high(box: Box, height: float, at: Layout) -> Box:
+    """`height` in design units."""
+    return box._replace(h=max(1, round(height * at.scale)))
 
 
 def _scale(at: Layout | None) -> float:

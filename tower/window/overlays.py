@@ -1,5 +1,7 @@
 """What stands over the picture: FROZEN and its kin, a toast, the key help. Draws; decides nothing."""
 
+from collections.abc import Sequence
+
 from tower.window.fonts import BOLD, MEDIUM, REGULAR
 from tower.window.ink import Ink
 from tower.window.keys import BINDINGS
@@ -29,13 +31,19 @@ def draw_picture_state(ink: Ink, view: PictureView) -> None:
     ink.text(view.detail, wide / 2, high / 2 + 47, 22, TEXT, MEDIUM, "centre", room=wide)
 
 
-_TAG_W, _TAG_H = 190.0, 34.0
+_TAG_W, _TAG_H, _TAG_GAP = 190.0, 34.0, 6.0
 
 
-def tag_box(picture: Box, scale: float) -> Box:
-    """Where the tag of a side or rear picture stands: in its middle, no wider than it."""
+def tag_box(picture: Box, scale: float, panels: Sequence[Box]) -> Box:
+    """Where the tag of a side or rear picture stands: in its middle, no wider than it, or the nearest place above or below that no
+    panel covers."""
     w, h = max(1, min(round(_TAG_W * scale), picture.w)), max(1, round(_TAG_H * scale))
-    return Box(picture.x + (picture.w - w) // 2, picture.y + (picture.h - h) // 2, w, h)
+    middle = Box(picture.x + (picture.w - w) // 2, picture.y + (picture.h - h) // 2, w, h)
+    gap = round(_TAG_GAP * scale)
+    heights = [middle.y, *(y for panel in panels for y in (panel.y - gap - h, panel.y + panel.h + gap))]
+    inside = [middle._replace(y=y) for y in heights if picture.y <= y <= picture.y + picture.h - h]
+    free = [box for box in inside if not any(box.overlaps(panel) for panel in panels)]
+    return min(free, key=lambda box: abs(box.y - middle.y), default=middle)
 
 
 def draw_tag(ink: Ink, text: str) -> None:

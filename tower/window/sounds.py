@@ -34,7 +34,8 @@ class Trial(StrEnum):
     WAITING = "waiting"
     PLAYING = "playing"
     PLAYED = "played"
-    SILENT = "silent"  # no device, or no sound wanted
+    FILED = "filed"  # SDL's disk driver has taken it: heard by nobody, but whole
+    SILENT = "silent"  # no device, no sound wanted, or no volume
 
 
 _BY_DRIVER = {
@@ -77,6 +78,13 @@ def alarm_on(mode: Mode | None) -> bool:
     return mode is Mode.TAKEOVER_REQUESTED
 
 
+def end_of(volume: float, driver: str | None) -> Trial:
+    """What becomes of a sound that was played to its end. driver: SDL's, None when it chooses by itself."""
+    if volume == 0.0 or driver == "dummy":
+        return Trial.SILENT
+    return Trial.FILED if driver == "disk" else Trial.PLAYED
+
+
 def waveform(sound: Sound) -> npt.NDArray[np.int16]:
     """(N, 2) samples: sine with two soft harmonics, raised-cosine ends so that nothing clicks."""
     length_s, notes = SCORES[sound]
@@ -115,6 +123,7 @@ class Player:
     def __init__(self, enabled: bool, volume: float) -> None:
         self._known: Mode | None = None
         self._sounds = _prepared(volume) if enabled else {}
+        self._end = end_of(volume, os.environ.get("SDL_AUDIODRIVER")) if self._sounds else Trial.SILENT
         self._alarm: pygame.mixer.Channel | None = None
         self._tried: pygame.mixer.Channel | None = None
 
@@ -126,11 +135,11 @@ class Player:
     @property
     def trial(self) -> Trial:
         """PLAYED once the device has taken the whole of it; whether it was heard only the operator knows."""
-        if not self._sounds or os.environ.get("SDL_AUDIODRIVER") == "dummy":
-            return Trial.SILENT
+        if self._end is Trial.SILENT:
+            return self._end
         if self._tried is None:
             return Trial.WAITING
-        return Trial.PLAYING if self._tried.get_busy() else Trial.PLAYED
+        return Trial.PLAYING if self._tried.get_busy() else self._end
 
     def hear(self, mode: Mode | None) -> None:
         """Once per cycle, with the mode shown now."""

@@ -98,7 +98,8 @@ def _banner(sights: Sights, has_card: bool) -> BannerView:
     if has_card:
         return BannerView(look=look, cause="", hint="", tone=Tone.CALM)
     stopping = look.driver is Driver.STOPPING or mode is Mode.STOPPED
-    cause = sentence(status.failsafe if mode is Mode.REMOTE and status.failsafe else status.cause)
+    said = status.cause.removeprefix("stands: ") if mode is Mode.STOPPED else status.cause  # the tab says so
+    cause = sentence(status.failsafe if mode is Mode.REMOTE and status.failsafe else said)
     lost = sights.fresh_operator.device_note if sights.fresh_operator is not None else ""
     if lost and (stopping or mode is Mode.REMOTE):
         return BannerView(look=look, cause=sentence(lost), hint=_hint(status, sights.fresh_operator), tone=Tone.BAD)
