@@ -26,6 +26,7 @@ REACTION_S = 0.2  # of eye and hand
 STEER_BAND_RAD = 0.006  # at the road wheels: closer than this to the wanted angle is close enough
 PEDAL_BAND = 0.05
 LIFT_OFF_BRAKE = 0.4  # when the picture stands still
+STANDING = (Mode.STANDBY, Mode.STOPPED)
 HELD = frozenset({Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK})
 
 
@@ -37,6 +38,8 @@ class Finger(StrEnum):
     BRAKE = "brake"
     ACCEPT = "accept"
     HAND_BACK = "hand_back"
+    STOP = "stop"
+    CLEAR = "clear"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +61,7 @@ class Person:
     road: tuple[RoadMap, Road] | None = None
     tapped_s: float = -AGAIN_S
     drove: bool = False
+    sets_off: bool = False  # takes a car that stands and asks for nobody
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,20 +73,22 @@ class Hands:
 def acted(person: Person, look: Look) -> tuple[Person, Hands]:
     """What the fingers do after this look."""
     mode = look.status.mode if look.status is not None else None
-    stranded = mode is Mode.STOPPED and person.drove
+    stranded = (mode is Mode.STOPPED and person.drove) or (mode in STANDING and person.sets_off)
     if look.operator is None or look.status is None or not (mode in HELD or stranded):
         return replace(person, intent=Intent()), Hands()
     person = _thought(person, look, look.operator)
     held = {Finger.DEAD_MAN} | (_driving(person.intent, look.operator) if mode in (Mode.REMOTE, Mode.HANDING_BACK) else set())
     tapped = _tap(person, look, look.operator, look.status)
-    person = replace(person, drove=person.drove or mode is Mode.REMOTE, tapped_s=look.now_s if tapped else person.tapped_s)
+    drove = person.drove or mode is Mode.REMOTE
+    sets_off = person.sets_off and not drove
+    person = replace(person, drove=drove, sets_off=sets_off, tapped_s=look.now_s if tapped else person.tapped_s)
     return person, Hands(frozenset(held), tapped)
 
 
 def _tap(person: Person, look: Look, operator: OperatorStatus, status: GatewayStatus) -> Finger | None:
     if look.now_s - person.tapped_s < AGAIN_S or look.frozen:
         return None
-    if status.mode in (Mode.TAKEOVER_REQUESTED, Mode.STOPPED) and operator.wheel_phase == "ready":
+    if status.mode in (Mode.TAKEOVER_REQUESTED, *STANDING) and operator.wheel_phase == "ready":
         return Finger.ACCEPT
     wants_back = status.mode is Mode.REMOTE and status.hand_back_ready and person.mind.home
     return Finger.HAND_BACK if wants_back else None

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import TracebackType
 
 from benchmarks.person import Finger, Hands, Person
-from benchmarks.person_looking import looked
+from benchmarks.person_looking import looked, paged
 from wire.settings import WireSettings
 
 KEYS = {
@@ -20,6 +20,8 @@ KEYS = {
     Finger.BRAKE: "Down",
     Finger.ACCEPT: "Return",
     Finger.HAND_BACK: "b",
+    Finger.STOP: "space",
+    Finger.CLEAR: "c",
 }
 SCREEN = "1280x720x24"
 
@@ -74,7 +76,13 @@ class Keyboard:
             self._tool.stdin.flush()
 
 
-def drive(wire: WireSettings, display: str, done: threading.Event) -> Person:
+def drive(wire: WireSettings, display: str, done: threading.Event, person: Person | None = None) -> Person:
     """Look and press keys until `done` is set; what the person has been through."""
     with Keyboard(display) as keyboard:
-        return looked(wire, done, lambda _, __, hands: keyboard.press(hands))
+        return looked(wire, done, lambda _, __, hands: keyboard.press(hands), person)
+
+
+def check(wire: WireSettings, display: str, done: threading.Event) -> dict[str, str]:
+    """Work the checklist with real keys until all of it is passed or `done` is set; how it stood at the end."""
+    with Keyboard(display) as keyboard:
+        return paged(wire, done, keyboard.press)

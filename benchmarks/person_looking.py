@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from benchmarks.person import Eyes, Hands, Look, Person, acted
+from benchmarks.person_checking import Checking, Page, checked, is_ready
 from tower.cockpit.devices import View
 from wire.clock import Clock
 from wire.latest import Latest
@@ -36,9 +37,11 @@ class Screen:
         return received.message if received else None
 
 
-def looked(wire: WireSettings, done: threading.Event, move: Callable[[Person, Look, Hands], None]) -> Person:
+def looked(
+    wire: WireSettings, done: threading.Event, move: Callable[[Person, Look, Hands], None], person: Person | None = None
+) -> Person:
     """Look and move until `done` is set; what the person has been through."""
-    clock, person, eyes = Clock(wire.clock.tower_offset_ns), Person(), Eyes()
+    clock, person, eyes = Clock(wire.clock.tower_offset_ns), person or Person(), Eyes()
     with open_link(wire.link, Role.TOWER_OBSERVER, clock, done) as link:
         screen = Screen(link)
         while not done.wait(LOOK_S):
@@ -46,3 +49,22 @@ def looked(wire: WireSettings, done: threading.Event, move: Callable[[Person, Lo
             person, hands = acted(person, look)
             move(person, look, hands)
     return person
+
+
+def paged(wire: WireSettings, done: threading.Event, move: Callable[[Hands], None]) -> dict[str, str]:
+    """Work the checklist until all of it is passed or `done` is set; how it stood at the end."""
+    checks: dict[str, str] = {}
+    checking = Checking()
+    with open_link(wire.link, Role.TOWER_OBSERVER, Clock(wire.clock.tower_offset_ns), done) as link:
+        screen = Screen(link)
+        while not done.wait(LOOK_S):
+            window, operator = screen.view().window_status, screen.operator()
+            if window is None or operator is None:
+                continue
+            checks = window.message.checks
+            page = Page(checks=checks, operator=operator, now_s=time.monotonic())
+            if is_ready(page):
+                break
+            checking, hands = checked(checking, page)
+            move(hands)
+    return checks

@@ -136,3 +136,47 @@ def driving_with(sessions: Path, scenario: str, window: Path) -> Iterator[tuple[
     with crew(members, written, folder), Observer(wire.link) as observer:
         yield folder, observer
     make_whole(folder, Console(file=io.StringIO()))
+
+
+@contextmanager
+def standing_car(sessions: Path, scenario: str) -> Iterator[tuple[Path, Observer]]:
+    """Every program of a car that stands and waits for somebody, and nothing of the tower; its folder and an observer.
+
+    The configuration, also for the tower, is `folder`/session.toml: a person drives, not the scripted operator. Pictures of half
+    the size at 13.5 a second: this is about what a person does, not about encoding.
+    """
+    tables = choose(shipped("simulated.toml"), scenario, "")
+    for camera in tables["vehicle"]["cameras"]:
+        camera |= {name: camera[name] // 2 for name in ("width_px", "height_px")}
+        camera |= {"focal_length_px": camera["focal_length_px"] / 2, "frame_rate_hz": 13.5}
+    tables["vehicle_gateway"]["limits"]["authority"]["engage_autonomously"] = False
+    tables["tower"]["cockpit"] |= {"device": "keyboard", "operator": "ann"}
+    folder = utc_folder(sessions)
+    written = write_session(tables, folder)
+    wire: WireSettings = read_sections(written, {"wire": WireSettings})["wire"]
+    with crew(CAR, written, folder), Observer(wire.link) as observer:
+        yield folder, observer
+    make_whole(folder, Console(file=io.StringIO()))
+
+
+@contextmanager
+def tower_drive(config: Path, sessions: Path, environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """`tower drive` as a user starts it; what it prints is in `sessions`/drive.log. Leaving the context ends it."""
+    program = Path(sys.executable).parent / "tower"
+    with (sessions / "drive.log").open("wb") as log:
+        process = subprocess.Popen(
+            [str(program), "drive", "--config", str(config), "--sessions", str(sessions)],
+            stdout=log,
+            stderr=log,
+            stdin=subprocess.DEVNULL,
+            env=environment,
+        )
+    try:
+        yield process
+    finally:
+        process.terminate()
+        try:
+            process.wait(60)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
