@@ -45,6 +45,14 @@ def test_an_error_the_user_can_fix_is_told_in_its_own_words_and_not_tried_again(
     assert "[autonomyy]: unknown section" in ended.how
 
 
+def test_a_window_that_was_closed_is_not_started_again_whatever_its_log_said_last(config):
+    script = config.parent / "closed.py"
+    script.write_text("print('no video session: the car did not answer')")
+    with crew((Member("window", "python", str(script)),), config, config.parent) as people:
+        ended = wait_for_end(people)
+    assert (ended.how, ended.started_again) == ("exit 0", False)
+
+
 def test_a_folder_that_cannot_be_written_is_one_clear_error(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ConfigurationError, match="cannot be written"):

@@ -7,10 +7,13 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from tower.demo.drive import _take_one, write_drive
+from tower.demo.drive import _take_one, may_be_left, write_drive
+from tower.fleet import FRESH_NS
 from wire import certificates
 from wire.clock import Clock
 from wire.configuration import ConfigurationError, read_sections, read_tables, shipped
+from wire.latest import Received
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode
 from wire.settings import FleetVehicle, LinkSettings, WireSettings
 from wire.site import override
 
@@ -55,3 +58,38 @@ def test_of_several_cars_one_has_to_be_named_where_nobody_can_be_asked(tmp_path:
     link = LinkSettings(vehicle_id="car-9", fleet=FLEET, certificates=str(tmp_path / "certificates"))
     with pytest.raises(ConfigurationError, match="--vehicle: car-1, car-2"):
         taken(link, False)
+
+
+def status(mode: Mode, holder: str) -> GatewayStatus:
+    return GatewayStatus(
+        stamp_ns=1,
+        boot_id="b",
+        mode=mode,
+        mode_since_ns=1,
+        cause="",
+        lease_holder=holder,
+        lease_epoch=0,
+        hand_over=HandOver(number=0, action="", state="", rule=""),
+        request=None,
+        budget_remaining_s=0.0,
+        guard_remaining_s=0.0,
+        hand_back_ready=False,
+        hand_back_note="",
+        take_refused="",
+        failsafe="",
+        stop_number=0,
+        stops_in_ten_minutes=0,
+        dropped={},
+    )
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_a_car_is_left_when_it_stands_or_somebody_else_drives_it(mode: Mode):
+    """Written down once more, in words: standing, or with a driver that is not us."""
+    stands = mode in (Mode.STANDBY, Mode.STOPPED, Mode.EMERGENCY_STOP)
+    drives_itself = mode in (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.LOCAL_DRIVER)
+    for holder, is_ours in (("ann", True), ("", True), ("bob", False)):
+        heard = Received(status(mode, holder), 5 * FRESH_NS)
+        assert may_be_left(heard, "ann", 6 * FRESH_NS) is (stands or drives_itself or not is_ours)
+        assert may_be_left(heard, "ann", 6 * FRESH_NS + 1), "it cannot be heard any more"
+    assert may_be_left(None, "ann", 0)

@@ -140,7 +140,7 @@ def _how(code: int, log: Path) -> str:
     if code < 0:
         return f"killed by {signal.Signals(-code).name}"
     said = log.read_text(errors="replace").strip().splitlines()
-    return f"exit {code}" + (f": {said[-1]}" if said else "")
+    return f"exit {code}" + (f": {said[-1]}" if said and code else "")
 
 
 @contextmanager

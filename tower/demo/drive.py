@@ -16,11 +16,17 @@ import typer
 from rich.console import Console
 
 from tower.demo.crew import TOWER, crew, utc_folder
-from tower.fleet import Fleet, choices, looking, show, table, towards_one, wait_for_all
+from tower.demo.observer import Observer
+from tower.fleet import FRESH_NS, Fleet, choices, looking, show, table, towards_one, wait_for_all
+from tower.settings import TowerSettings
+from tower.window.choosing import choose
+from tower.window.screen import has_screen
 from wire import certificates
 from wire.clock import Clock
 from wire.configuration import ConfigurationError, read_sections, read_tables
+from wire.latest import Received
 from wire.link import LinkError
+from wire.messages.vehicle import GatewayStatus, Mode
 from wire.reach import obstacle
 from wire.settings import LinkSettings, WireSettings
 from wire.site import dialled, override, own_hub
@@ -28,6 +34,7 @@ from wire.topics import Role
 from wire.transport import tls_of
 
 LOOK_S = 0.2
+OURS = frozenset({Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK, Mode.SAFE_STOP})  # a car in these is not left
 FIRST_LOOK_S = 3.0  # until the car has said how it is
 
 
@@ -43,22 +50,58 @@ class Choice:
 def run(config: Path, stop: threading.Event, sessions: Path, choice: Choice) -> int:
     """Until the window is closed or a signal comes. A process that dies is started again."""
     console = Console(highlight=False, soft_wrap=True)
-    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+    sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings})
+    wire: WireSettings = sections["wire"]
     clock = Clock(wire.clock.tower_offset_ns)
     link = override(wire.link, choice.vehicle, choice.connect, choice.listen)
     certificates.ensure(certificates.folder_of(link.certificates))
-    link = _take_one(link, clock, stop, console, bool(choice.vehicle))
+    if choice.vehicle or len(choices(link)) < 2 or not has_screen():
+        return _drive(config, _take_one(link, clock, stop, console, bool(choice.vehicle)), clock, stop, sessions, console)
+    while not stop.is_set():
+        console.print(f"choose a car in the window: {', '.join(choices(link))}")
+        joined = choose(link, sections["tower"].window, clock, stop, link.vehicle_id)
+        if not joined:
+            return 0
+        link = msgspec.structs.replace(link, vehicle_id=joined)
+        code = _drive(config, link, clock, stop, sessions, console)
+        if code:
+            return code
+    return 0
+
+
+def _drive(config: Path, link: LinkSettings, clock: Clock, stop: threading.Event, sessions: Path, console: Console) -> int:
+    """One car, until the window is closed; then until the car is left as it may be left."""
     _look_first(link, clock, stop, console)
     folder = utc_folder(sessions)
     written = write_drive(read_tables(config), link, folder)
     console.print(f"driving {link.vehicle_id}; logs in {folder / 'logs'}")
-    with crew(TOWER, written, folder) as people:
+    operator: str = read_sections(config, {"tower": TowerSettings})["tower"].cockpit.operator
+    with Observer(link, Role.TOWER_OBSERVER, clock) as car, crew(TOWER, written, folder) as people:
         while not stop.wait(LOOK_S):
             for ended in people.look_after():
                 console.print(f"{ended.name} ended ({ended.how}){': started again' if ended.started_again else ''}")
                 if not ended.started_again:
-                    return 0 if ended.how == "exit 0" else 1
+                    if ended.how != "exit 0":
+                        return 1
+                    _wait_until_left(car, operator, clock, stop, console)
+                    return 0
     return 0
+
+
+def may_be_left(status: Received[GatewayStatus] | None, operator: str, now_ns: int) -> bool:
+    """The car was given up by `operator`, and it stands or somebody drives it. One that cannot be heard is on its own anyway."""
+    if status is None or now_ns - status.received_ns > FRESH_NS:
+        return True
+    return status.message.mode not in OURS or status.message.lease_holder not in ("", operator)
+
+
+def _wait_until_left(car: Observer, operator: str, clock: Clock, stop: threading.Event, console: Console) -> None:
+    """The cockpit goes on meanwhile: without a picture on a screen a car that was driven stops by itself."""
+    if may_be_left(car.heard, operator, clock.now_ns()):
+        return
+    console.print("the car was being driven: waiting until it stands")
+    while not (stop.wait(LOOK_S) or may_be_left(car.heard, operator, clock.now_ns())):
+        pass
 
 
 def look(config: Path, stop: threading.Event, choice: Choice, patience_s: float, watch: bool) -> int:

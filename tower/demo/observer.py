@@ -6,7 +6,7 @@ from functools import partial
 from typing import TypeVar
 
 from wire.clock import Clock
-from wire.latest import Latest
+from wire.latest import Latest, Received
 from wire.link import LinkError, Stopped, open_link
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import GatewayStatus
@@ -19,8 +19,9 @@ T = TypeVar("T")
 class Observer:
     """Who drives, and what the referee says; None before the first. `error` says why nothing can be seen. A context manager."""
 
-    def __init__(self, settings: LinkSettings) -> None:
-        self._settings = settings
+    def __init__(self, settings: LinkSettings, role: Role = Role.CAR_OBSERVER, clock: Clock | None = None) -> None:
+        """role: on which site it looks on; what does not cross the link is not heard at the tower."""
+        self._settings, self._role, self._clock = settings, role, clock or Clock()
         self._stop = threading.Event()
         self.error = ""
         self._thread = threading.Thread(target=self._run, name="observer", daemon=True)
@@ -38,7 +39,7 @@ class Observer:
 
     def _run(self) -> None:
         try:
-            with suppress(Stopped), open_link(self._settings, Role.CAR_OBSERVER, Clock(), self._stop) as link:
+            with suppress(Stopped), open_link(self._settings, self._role, self._clock, self._stop) as link:
                 link.on("gateway_status", partial(self._heard, self._status))
                 link.on("referee", partial(self._heard, self._referee))
                 self._stop.wait()
@@ -50,9 +51,13 @@ class Observer:
         self.news.set()
 
     @property
+    def heard(self) -> Received[GatewayStatus] | None:
+        """The newest status with the time of its arrival."""
+        return self._status.get()
+
+    @property
     def status(self) -> GatewayStatus | None:
-        received = self._status.get()
-        return received.message if received else None
+        return self.heard.message if self.heard else None
 
     @property
     def referee(self) -> Referee | None:

@@ -34,6 +34,11 @@ def how_to_open(settings: WindowSettings, full_screen: bool, monitors: list[tupl
     return (settings.width_px, settings.height_px), pygame.RESIZABLE, display
 
 
+def has_screen() -> bool:
+    """Whether a window could be seen, or SDL was told what to draw on instead."""
+    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in _DISPLAYS)
+
+
 class Screen:
     """`with Screen(settings) as screen:` - without a display the window is drawn all the same, into memory."""
 
@@ -45,7 +50,7 @@ class Screen:
         self._joysticks = Joysticks(saved or {})
 
     def __enter__(self) -> "Screen":
-        if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in _DISPLAYS):
+        if not has_screen():
             os.environ["SDL_VIDEODRIVER"] = "dummy"
         try:
             pygame.display.init()

@@ -256,7 +256,10 @@ def _operator(sights: Sights) -> OperatorView:
             name="Cockpit", lease="It does not answer", lease_tone=Tone.BAD, dead_man=False, dead_man_text="", note=""
         )
     known = sights.status is not None and known_mode(sights.status, sights.now_ns) is not None
-    lease, tone = _lease(sights.status.message, operator) if sights.status is not None and known else ("Lease unknown", Tone.WARN)
+    lease, tone = ("Lease unknown", Tone.WARN)
+    if sights.status is not None and known:
+        car = sights.description.vehicle_id if sights.description is not None else "the car"
+        lease, tone = _lease(sights.status.message, operator, car)
     held = dead_man_name(operator.device)
     note = SCRIPTED_NOTE if operator.device == "scripted" else operator.device_note or operator.device_hint
     return OperatorView(
@@ -273,12 +276,13 @@ def _operator(sights: Sights) -> OperatorView:
     )
 
 
-def _lease(status: GatewayStatus, operator: OperatorStatus) -> tuple[str, Tone]:
+def _lease(status: GatewayStatus, operator: OperatorStatus, car: str) -> tuple[str, Tone]:
+    """With the car's id: there may be several to drive."""
     if 0 < operator.lease_epoch == status.lease_epoch and status.lease_holder == operator.operator:
-        return "Lease held", Tone.GOOD
+        return f"Lease of {car} held", Tone.GOOD
     if status.lease_holder and status.lease_holder != operator.operator:
-        return f"Lease held by {status.lease_holder}", Tone.WARN
-    return f"No lease: {operator.lease_note or 'asking the car'}", Tone.WARN
+        return f"Lease of {car} held by {status.lease_holder}", Tone.WARN
+    return f"No lease of {car}: {operator.lease_note or 'asking it'}", Tone.WARN
 
 
 def _map(sights: Sights) -> MapView:
