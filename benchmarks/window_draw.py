@@ -90,7 +90,7 @@ def _timed(mode: Mode, frames: dict[str, _Still]) -> tuple[float, float]:
         hud.draw(surface, frames, model)
         ours.append(thread_time_ns() - begin_ns)
         begin_ns = thread_time_ns()
-        pictures.draw(surface, frames, hud.at, model.cameras, dark=False)
+        pictures.draw(surface, frames, hud.at.pictures, model.cameras, dark=False)
         alone.append(thread_time_ns() - begin_ns)
     return _mean_ms(ours), _mean_ms(alone)
 

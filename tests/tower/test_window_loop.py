@@ -68,7 +68,8 @@ class ScreenInMemory:
     has_display = True
 
     def __init__(self) -> None:
-        self.surface = pygame.Surface((320, 180))
+        self.surface = self.front_surface = pygame.Surface((320, 180))
+        self.side_surface: pygame.Surface | None = None  # of a second monitor
         self.focus = True
         self.pressed: tuple[Control, ...] = ()
         self.down: frozenset[Control] = frozenset()
@@ -350,6 +351,19 @@ def test_every_camera_of_the_car_is_watched_and_its_stamp_reported_when_it_comes
     lefts = [frame for status in stage.statuses[before:] for frame in status.shown if frame.camera == "left"]
     assert [frame.capture_ns for frame in lefts] == [42]
     assert stage.statuses[-1].displayed_capture_ns["left"] == 42
+
+
+def test_on_two_monitors_the_sides_stand_on_the_second_and_are_reported_all_the_same() -> None:
+    stage = Stage()
+    described(stage)
+    stage.screen.side_surface = pygame.Surface((320, 180))
+    stage.video.others = {"left": Picture(42, stage.now_ns, grey=90), "right": Picture(43, stage.now_ns, grey=200)}
+    stage.run(100)
+    greys = [stage.screen.side_surface.get_at((x, 130))[0] for x in (80, 160, 240)]
+    assert greys[0] == 90 and greys[2] == 200 and greys[1] not in (90, 200)
+    shown = stage.statuses[-1].displayed_capture_ns
+    assert (shown["left"], shown["right"]) == (42, 43)
+    assert {stage.screen.front_surface.get_at((x, 90))[0] for x in (20, 300)}.isdisjoint({90, 200})
 
 
 def test_a_side_camera_that_hangs_does_not_freeze_the_drive() -> None:

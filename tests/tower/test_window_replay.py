@@ -46,7 +46,8 @@ class Pressing:
     has_display = focus = True
 
     def __init__(self) -> None:
-        self.surface = pygame.Surface((640, 360))
+        self.surface = self.front_surface = pygame.Surface((640, 360))
+        self.side_surface = None
 
     def presses(self) -> tuple[Control, ...]:
         return (Control.STOP, Control.ACCEPT)

@@ -20,6 +20,7 @@ from tower.window.picture_layout import FRONT, SHOWN
 from tower.window.pictures import Frame
 from tower.window.replay_mark import ReplayMark
 from tower.window.replay_ring import HIGH_PX, WIDE_PX, ReplayRing
+from tower.window.side_monitor import SideMonitor, without_sides
 from tower.window.sights import OPERATOR_STALE_NS, Sights
 from tower.window.snapshot import Choice, SnapshotWriter, choose
 from tower.window.sounds import Player
@@ -59,6 +60,10 @@ class Display(Protocol):
     @property
     def surface(self) -> pygame.Surface: ...
     @property
+    def front_surface(self) -> pygame.Surface: ...
+    @property
+    def side_surface(self) -> pygame.Surface | None: ...  # another monitor, for the side pictures
+    @property
     def focus(self) -> bool: ...
     @property
     def has_display(self) -> bool: ...
@@ -94,7 +99,7 @@ class DisplayLoop:
         self._writer, self._player, self._clock = writer, player, clock
         self._replay = ReplayMark(replay) if replay else None
         self._levels = {name: link.level(name) for name in _LEVELS}
-        self._hud, self._log, self._choice = Hud(), DriveLog(), Choice()
+        self._hud, self._side_monitor, self._log, self._choice = Hud(), SideMonitor(), DriveLog(), Choice()
         self._input: OperatorInput = released(clock.now_ns())
         self._keys = WindowKeys(full_screen=full_screen)
         self._pictures: dict[str, PictureSeen] = {}
@@ -232,9 +237,12 @@ class DisplayLoop:
 
     def _draw(self, frames: Mapping[str, Frame], now_ns: int) -> ViewModel:
         model = view_model(self._sights(now_ns))
-        self._hud.draw(self._screen.surface, frames, model)
+        sides = self._screen.side_surface
+        self._hud.draw(self._screen.front_surface, frames, model if sides is None else without_sides(model))
+        if sides is not None:
+            self._side_monitor.draw(sides, frames, model)
         if self._replay is not None:
-            self._replay.draw(self._screen.surface)
+            self._replay.draw(self._screen.front_surface)
         self._screen.flip()
         self._drawn_ns, self._bars = now_ns, model.link.bars
         return model

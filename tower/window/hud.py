@@ -24,8 +24,8 @@ from tower.window.looks import Look
 from tower.window.map_view import draw_map
 from tower.window.overlays import draw_help, draw_picture_state, draw_tag, draw_toast, tag_box
 from tower.window.panels import draw_link, draw_operator, operator_height
-from tower.window.picture_layout import FRONT
-from tower.window.pictures import Frame, Pictures
+from tower.window.picture_layout import FRONT, bare
+from tower.window.pictures import BEHIND, Frame, Pictures
 from tower.window.road_view import RoadPainter
 from tower.window.views import ViewModel
 
@@ -56,7 +56,9 @@ class Hud:
     def draw(self, surface: pygame.Surface, frames: Mapping[str, Frame], model: ViewModel) -> None:
         """Everything, bottom to top, onto the window's surface."""
         at = self._layout(surface, model)
-        self._pictures.draw(surface, frames, at, model.cameras, dark=model.end is not None)
+        for box in bare(*surface.get_size(), at.pictures):
+            surface.fill(BEHIND, box)
+        self._pictures.draw(surface, frames, at.pictures, model.cameras, dark=model.end is not None)
         if model.road is not None and FRONT in frames:
             self._road.draw(surface, at.pictures[FRONT], model.road, at.scale, self._type)
         self._draw_panels(surface, at, model)

@@ -8,14 +8,13 @@ import numpy as np
 import numpy.typing as npt
 import pygame
 
-from tower.window.layout import Layout
 from tower.window.picture_age import PictureState
-from tower.window.picture_layout import SHOWN, Box, bare, part
+from tower.window.picture_layout import SHOWN, Box, part
 from tower.window.views import CameraView
 from wire.rear_view import REAR
 
 Pixels = npt.NDArray[np.uint8]  # (H, W, 4) BGRA
-_BEHIND = (16, 20, 26)  # where there is no picture
+BEHIND = (16, 20, 26)  # where there is no picture
 _DARKENED = 84  # of 255: what is left of a frozen picture's brightness
 _RIM_PX = 2
 
@@ -46,21 +45,24 @@ class Pictures:
         self._scaled: dict[str, _Scaled] = {}
 
     def draw(
-        self, surface: pygame.Surface, frames: Mapping[str, Frame], at: Layout, views: Mapping[str, CameraView], dark: bool
+        self,
+        surface: pygame.Surface,
+        frames: Mapping[str, Frame],
+        boxes: Mapping[str, Box],
+        views: Mapping[str, CameraView],
+        dark: bool,
     ) -> None:
-        """Every picture that has a place, the mirror last. `dark`: all of them recede."""
-        for box in bare(*surface.get_size(), at.pictures):
-            surface.fill(_BEHIND, box)
-        for name in (name for name in SHOWN if name in at.pictures and name in views):
-            box, view = at.pictures[name], views[name]
+        """Every picture that has a place, the mirror last; nothing where there is none. `dark`: all of them recede."""
+        for name in (name for name in SHOWN if name in boxes and name in views):
+            box, view = boxes[name], views[name]
             frame = frames.get(name)
             if frame is None:
-                surface.fill(_BEHIND, box)
+                surface.fill(BEHIND, box)
             else:
                 recedes = dark or view.state is PictureState.FROZEN
                 self._blit(surface, name, frame, box, view, recedes)
             if name == REAR:
-                pygame.draw.rect(surface, _BEHIND, box, _RIM_PX)
+                pygame.draw.rect(surface, BEHIND, box, _RIM_PX)
 
     def _blit(self, surface: pygame.Surface, name: str, frame: Frame, box: Box, view: CameraView, recedes: bool) -> None:
         kept = self._scaled.get(name)

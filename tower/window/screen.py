@@ -9,6 +9,7 @@ import pygame
 from tower.devices.store import Saved
 from tower.window.joysticks import Joysticks
 from tower.window.keys import BINDINGS, Control
+from tower.window.picture_layout import Box
 from tower.window.settings import WindowSettings
 from tower.window.sticks import Hands
 from wire.configuration import ConfigurationError
@@ -34,6 +35,15 @@ def how_to_open(settings: WindowSettings, full_screen: bool, monitors: list[tupl
     return (settings.width_px, settings.height_px), pygame.RESIZABLE, display
 
 
+def parted(settings: WindowSettings, full_screen: bool, monitors: list[tuple[int, int]]) -> tuple[Box, ...]:
+    """Where the window's two monitors are in it, the one for the front picture (`display`) first; () when it is one whole."""
+    if not (full_screen and settings.span_displays and len(monitors) == 2):
+        return ()
+    high = min(height for _, height in monitors)
+    first, second = Box(0, 0, monitors[0][0], high), Box(monitors[0][0], 0, monitors[1][0], high)
+    return (second, first) if settings.display == 1 else (first, second)
+
+
 def has_screen() -> bool:
     """Whether a window could be seen, or SDL was told what to draw on instead."""
     return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in _DISPLAYS)
@@ -46,6 +56,7 @@ class Screen:
         """saved: calibrated devices"""
         self._settings = settings
         self._full_screen = settings.full_screen
+        self._parts: tuple[Box, ...] = ()
         self._codes: dict[int, Control] = {}
         self._joysticks = Joysticks(saved or {})
 
@@ -70,6 +81,7 @@ class Screen:
     def _open(self) -> None:
         monitors = pygame.display.get_desktop_sizes()
         size, flags, display = how_to_open(self._settings, self._full_screen, monitors)
+        self._parts = parted(self._settings, self._full_screen, monitors)
         if flags & pygame.NOFRAME:
             os.environ["SDL_VIDEO_WINDOW_POS"] = "0,0"  # read by SDL whenever a window is made
         else:
@@ -86,6 +98,20 @@ class Screen:
     @property
     def surface(self) -> pygame.Surface:
         return pygame.display.get_surface()
+
+    @property
+    def side_surface(self) -> pygame.Surface | None:
+        """The monitor for the side pictures, where the window stands on two; then `front_surface` is the other."""
+        return self.surface.subsurface(self._parts[1]) if self._stands_on_two else None
+
+    @property
+    def front_surface(self) -> pygame.Surface:
+        return self.surface.subsurface(self._parts[0]) if self._stands_on_two else self.surface
+
+    @property
+    def _stands_on_two(self) -> bool:
+        """SDL may give another size than asked for."""
+        return bool(self._parts) and all(self.surface.get_rect().contains(part) for part in self._parts)
 
     @property
     def focus(self) -> bool:

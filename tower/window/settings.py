@@ -12,7 +12,7 @@ class WindowSettings(Message):
     height_px: Annotated[int, Meta(ge=180, le=4320)] = 720
     full_screen: bool = False
     display: Annotated[int, Meta(ge=0, le=15)] = 0  # number of the monitor, as SDL counts them from 0
-    span_displays: bool = False  # one window without a border over all monitors side by side; three of one size fit best
+    span_displays: bool = False  # one window without a border over all monitors side by side: two, or three of one size
     sound: bool = True
     volume: Ratio = 0.6
     checklist: bool = True  # before the drive; a scripted operator has none
