@@ -141,12 +141,14 @@ def test_without_a_corridor_the_stop_holds_the_curvature_and_brakes_firmly():
     assert -4.0 <= hardest < -2.5
 
 
-def test_an_operator_may_creep_past_what_the_automation_takes_for_blocked():
-    drive = remote().run(8.0)
-    drive.ann.throttle = 1.0
-    x = drive.pose[0]
-    with_scenes(drive, 8.0, objects=(replace(person(drive, 8.0, 1.0), radius_m=0.5),))
-    assert drive.pose[0] - x > 6.0
+def test_an_operator_may_creep_past_what_the_automation_takes_for_blocked_when_he_says_so():
+    """The collision guard holds the car before it until then."""
+    for overrides in (False, True):
+        drive = remote().run(8.0)
+        drive.ann.throttle, drive.ann.override = 1.0, overrides
+        x = drive.pose[0]
+        with_scenes(drive, 8.0, objects=(replace(person(drive, 8.0, 1.0), radius_m=0.5),))
+        assert (drive.pose[0] - x > 6.0) is overrides
 
 
 def test_the_car_tells_what_a_stop_would_follow_how_much_of_it_is_free_and_where_it_would_end():

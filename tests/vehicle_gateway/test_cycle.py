@@ -86,6 +86,7 @@ class Operator:
         self.epoch = self.sequence = self.number = 0
         self.silent = self.deaf = self.frozen = False  # deaf: no answer of the car reaches it
         self.dead_man, self.throttle, self.gear = True, 0.0, Gear.DRIVE
+        self.override = False
         self.lights, self.wipers = Lights.LOW, Wipers.OFF
         self.steer: float | None = None  # None: as the car steers now
         self.loop_ms = 80
@@ -106,6 +107,7 @@ class Operator:
             echoed_boot_id=boot_id,
             displayed_capture_ns=dict(self.seen),
             acceleration_m_s2=self.throttle,
+            override=self.override,
             gear=self.gear,
             road_wheel_angle_rad=measured_rad if self.steer is None else self.steer,
             indicators=Indicators.OFF,
