@@ -17,14 +17,14 @@ from vehicle_gateway.audit.file import audit_file
 from vehicle_gateway.audit.log import AuditLog
 from vehicle_gateway.audit.open import open_audit
 from vehicle_gateway.can.bus import Bus, open_bus
-from vehicle_gateway.can.cyclic import Sent
+from vehicle_gateway.can.cyclic import Sent, take_due
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.can.vehicles import CarBus, car_bus_of
 from vehicle_gateway.cycle import step
 from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
 from vehicle_gateway.journal import Entry, Journal
 from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file, recall
-from vehicle_gateway.reports import status_of, vehicle_state_of
+from vehicle_gateway.reports import newest_command_ns, status_of, vehicle_state_of
 from vehicle_gateway.settings import VehicleGatewaySettings, refuse_on_a_road
 from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.clock import Clock, utc_minus_monotonic_ns
@@ -81,7 +81,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
 
 def open_car(settings: CanSettings, car: CarBus, inbox: Inbox, clock: Clock, fifo_priority: int) -> AbstractContextManager[Bus]:
     """The vehicle bus, with the list of what may be sent to this car: the one way out."""
-    return open_bus(settings, "vehicle", inbox.on_frame, clock, fifo_priority=fifo_priority, permits=car.codec.permits)
+    return open_bus(settings, "vehicle", inbox.on_frame, clock, fifo_priority=fifo_priority, permits=car.permits)
 
 
 class Gateway:
@@ -102,6 +102,7 @@ class Gateway:
         self._link, self._bus, self._inbox, self._memory, self._clock = link, bus, inbox, memory, clock
         self._journal, self._audit, self._manager = journal, audit, NOBODY
         self._codec, self._sent = car.codec, Sent()
+        self._watch, self._shown = car.watch, Sent()
         self._vehicle, self._limits = vehicle, settings.limits
         self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
         self._utc_ns = utc_minus_monotonic_ns()
@@ -165,6 +166,14 @@ class Gateway:
         )
         for frame in frames:
             self._bus.send(frame)
+        self._show_watchdog(now_ns)
+
+    def _show_watchdog(self, now_ns: int) -> None:
+        """The newest command of who drives: a cycle that hangs cannot make it newer."""
+        if self._watch is not None:
+            self._shown, counters = take_due(self._shown, (self._watch.sources,), now_ns)
+            for counter in counters.values():
+                self._bus.send(self._watch.encode_sources(newest_command_ns(self.state), counter))
 
     def _answer(self, before: State, outputs: Outputs, lease_replies: list[Reply], hand_over_replies: list[Reply]) -> None:
         lease = self.state.lease

@@ -32,7 +32,7 @@ class Inbox:
     """Everything that arrived since the loop last looked. `wake` is set when a valid command or a question came."""
 
     def __init__(self, link: Link, boot_id: str, car: CarBus) -> None:
-        self._codec, self._health_codec = car
+        self._codec, self._health_codec, self._watch_codec = car
         self.wake = threading.Event()
         self.dropped: Counter[str] = Counter()
         self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
@@ -75,6 +75,8 @@ class Inbox:
     def on_frame(self, frame: Frame, _: int) -> None:
         if self._health_codec is not None and self._health_codec.speaks(frame):
             self._ecu, reason = self._health_codec.decode(self._ecu, frame)
+        elif self._watch_codec is not None and self._watch_codec.speaks(frame):
+            return  # what the watchdog asks of the ECU is for the ECU
         else:
             self._feedback, reason = self._codec.decode(self._feedback, frame)
         if reason:

@@ -68,6 +68,12 @@ def ecu(config: Config = DEFAULT) -> None:
     _start("vehicle_gateway.simulation.ecu", config)
 
 
+@application.command()
+def watchdog(config: Config = DEFAULT) -> None:
+    """Watch the gateway's frames, and have the ECU stop the car when they are silent, stuck or implausible."""
+    _start("vehicle_gateway.watchdog_program", config)
+
+
 @application.command("check-config")
 def check_config(config: Config = DEFAULT) -> None:
     """Prove a configuration consistent, and say how to mend what is not. Starts nothing."""

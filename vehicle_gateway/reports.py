@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from vehicle_gateway.answers import hand_back_note, take_view
+from vehicle_gateway.authority import Source, driving_source
 from vehicle_gateway.corridor import pursue, usable
 from vehicle_gateway.hand_over import refuse_take
 from vehicle_gateway.measure import ages_of
@@ -81,3 +82,9 @@ def vehicle_state_of(
         feedback_age_ms=ages.feedback_ms,
         guard=outputs.guard,
     )
+
+
+def newest_command_ns(state: State) -> int:
+    """When the newest command of who drives was taken; 0 while nobody does."""
+    at_ns = {Source.OPERATOR: state.command_ns, Source.AUTONOMY: state.autonomy_ns}
+    return at_ns.get(driving_source(state.authority), 0)

@@ -21,6 +21,7 @@ FILES: dict[Site, tuple[tuple[str, str], ...]] = {  # where it belongs, its name
     Site.CAR: (
         (USERS, "remote-operation.conf"),
         (UNITS, "remote-operation-gateway.service"),
+        (UNITS, "remote-operation-watchdog.service"),
         (UNITS, "remote-operation-video.service"),
         (UNITS, "remote-operation-recorder.service"),
     ),
@@ -29,7 +30,7 @@ FILES: dict[Site, tuple[tuple[str, str], ...]] = {  # where it belongs, its name
 THEN = {
     Site.CAR: (
         "systemd-sysusers && systemctl daemon-reload && systemctl enable --now "
-        "remote-operation-gateway remote-operation-video remote-operation-recorder"
+        "remote-operation-gateway remote-operation-watchdog remote-operation-video remote-operation-recorder"
     ),
     Site.TOWER: "udevadm control --reload && udevadm trigger --action=bind --subsystem-match=hid, and plug the wheel in again",
 }

@@ -5,6 +5,7 @@ from vehicle_gateway.can.settings import TOYOTA, CanSettings
 from vehicle_gateway.simulation.settings import SimulationSettings
 from vehicle_gateway.state import GatewayLimits
 from vehicle_gateway.video.settings import VideoSettings
+from vehicle_gateway.watchdog import WatchLimits
 from wire.configuration import ConfigurationError
 from wire.messages.base import Message, Text
 
@@ -15,6 +16,7 @@ class VehicleGatewaySettings(Message):
     limits: GatewayLimits = GatewayLimits()
     can: CanSettings = CanSettings()
     video: VideoSettings = VideoSettings()
+    watchdog: WatchLimits = WatchLimits()
     simulation: SimulationSettings = SimulationSettings()
 
 

@@ -18,7 +18,9 @@ from vehicle_gateway.can.ecu_codec import Command, CommandState, Motion, decode_
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.health_codec import SHIPPED, HealthState
 from vehicle_gateway.can.layout import layouts
+from vehicle_gateway.can.watch_codec import StopState, decode_stop
 from vehicle_gateway.simulation.ecu_core import FOLLOWING, TIMED_OUT, EcuInputs, EcuSettings, EcuState, ecu_step
+from vehicle_gateway.watchdog_ear import Ear, ears_of, hear
 from wire.messages.base import Gear
 from wire.messages.vehicle import Mode
 
@@ -29,6 +31,8 @@ RECEIVERS: Mapping[str, tuple[Any, Receiver]] = {
     **dict.fromkeys(("ACTUATION_COMMAND", "BODY_COMMAND"), (CommandState(), decode_command)),
     **dict.fromkeys(("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"), (FeedbackState(), decode)),
     **dict.fromkeys(("ECU_HEALTH", "ECU_LOAD"), (HealthState(), SHIPPED.decode)),
+    "GATEWAY_SOURCES": (Ear(), lambda ear, frame: hear(ear, frame, 1, ears_of(layouts()))),
+    "WATCHDOG_STOP": (StopState(), decode_stop),
     "ACTUATOR_DEMAND": (DemandState(), decode_demand),
     **dict.fromkeys(("PLANT_MOTION", "PLANT_CONTROLS", "PLANT_WHEELS"), (PlantState(), decode_plant)),
 }

@@ -47,8 +47,10 @@ def admitted(times_ns, frame=None):
 def test_the_list_is_what_the_dbc_says_the_gateway_transmits_and_nothing_else():
     database = cantools.database.load_file(shipped("drive_by_wire.dbc"))
     ours = {message.frame_id: (message.name, message.length) for message in database.messages if message.senders == ["GATEWAY"]}
-    assert {identifier: (permit.name, permit.size) for identifier, permit in PERMITS.items()} == ours
-    assert {permit.protection for permit in PERMITS.values()} == {"E2E Profile 1"}
+    vehicle = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
+    permits = car_bus_of(CanSettings(), vehicle).permits
+    assert {identifier: (permit.name, permit.size) for identifier, permit in permits.items()} == ours
+    assert {permit.protection for permit in permits.values()} == {"E2E Profile 1"}
 
 
 def test_another_car_s_list_has_its_own_identifier_length_and_period():

@@ -27,6 +27,7 @@ def test_the_units_start_the_programs_of_this_installation_with_this_configurati
     folder = "/opt/two\\x20words/100%%/bin"
     assert started == {
         "remote-operation-gateway": [f"{folder}/vehicle-gateway --log-format json run --config {CONFIG}"],
+        "remote-operation-watchdog": [f"{folder}/vehicle-gateway --log-format json watchdog --config {CONFIG}"],
         "remote-operation-video": [f"{folder}/vehicle-gateway --log-format json video --config {CONFIG}"],
         "remote-operation-recorder": [f"{folder}/recordings --log-format json record --config {CONFIG}"],
     }

@@ -33,6 +33,7 @@ CAR = (
     Member("recorder", "recordings", "record"),
     Member("simulate", "vehicle-gateway", "simulate", restarts=False),
     Member("ecu", "vehicle-gateway", "ecu"),
+    Member("watchdog", "vehicle-gateway", "watchdog"),
     Member("gateway", "vehicle-gateway", "run"),
 )
 TOWER = (Member("window", "tower", "window"), Member("cockpit", "tower", "cockpit"))

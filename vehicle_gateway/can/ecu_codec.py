@@ -62,7 +62,10 @@ class CommandState:
 
 _LAYOUTS = layouts()
 _COMMANDS = {layout.arbitration_id: layout for layout in (_LAYOUTS["ACTUATION_COMMAND"], _LAYOUTS["BODY_COMMAND"])}
-_OWN = frozenset(_LAYOUTS[name].arbitration_id for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS"))
+_OWN = frozenset(
+    _LAYOUTS[name].arbitration_id
+    for name in ("MOTION_FEEDBACK", "DRIVE_STATE", "LOCAL_CONTROLS", "WHEEL_SPEEDS", "GATEWAY_SOURCES")  # the last: not for the ECU
+)
 
 
 def decode_command(state: CommandState, frame: Frame) -> tuple[CommandState, str]:

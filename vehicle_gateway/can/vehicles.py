@@ -14,6 +14,7 @@ from vehicle_gateway.can.health_codec import HealthCodec, health_codec_of
 from vehicle_gateway.can.settings import DRIVE_BY_WIRE, TOYOTA, CanSettings
 from vehicle_gateway.can.toyota_codec import toyota_codec
 from vehicle_gateway.can.transmit import Permit
+from vehicle_gateway.can.watch_codec import WatchCodec, watch_codec_of
 from wire.messages.vehicle import Actuation, Mode, VehicleDescription
 
 
@@ -39,6 +40,12 @@ class CarCodec(Protocol):
 class CarBus(NamedTuple):
     codec: CarCodec
     health: HealthCodec | None  # None: the far side tells nothing about its loop
+    watch: WatchCodec | None = None  # None: its far side obeys no watchdog
+
+    @property
+    def permits(self) -> Mapping[int, Permit]:
+        """All that the gateway may send."""
+        return {**self.codec.permits, **(self.watch.gateway_permits if self.watch is not None else {})}
 
 
 def car_bus_of(settings: CanSettings, vehicle: VehicleDescription) -> CarBus:
@@ -48,7 +55,7 @@ def car_bus_of(settings: CanSettings, vehicle: VehicleDescription) -> CarBus:
 
 def _drive_by_wire(settings: CanSettings, _: VehicleDescription) -> CarBus:
     frames = read_layouts(settings.dbc)
-    return CarBus(codec_of(frames), health_codec_of(frames))
+    return CarBus(codec_of(frames), health_codec_of(frames), watch_codec_of(frames))
 
 
 _CARS: dict[str, Callable[[CanSettings, VehicleDescription], CarBus]] = {

@@ -23,6 +23,8 @@ from vehicle_gateway.can.ecu_codec import (
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.health_codec import LOOP, SHIPPED
 from vehicle_gateway.can.settings import DRIVE_BY_WIRE
+from vehicle_gateway.can.watch_codec import SHIPPED as WATCH
+from vehicle_gateway.can.watch_codec import StopState, decode_stop
 from vehicle_gateway.settings import VehicleGatewaySettings, refuse_beside_a_car
 from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
 from wire.clock import Clock
@@ -70,18 +72,27 @@ class Ecu:
         self._lock = threading.Lock()
         self._commands, self._plant = CommandState(), PlantState()
         self._inputs, self._state = EcuInputs(), EcuState()
+        self._stop = StopState()
         self._demands = self._cycles = self._motions = 0  # counters of the frames sent
         self.vehicle_bus: Bus | None = None
         self.actuator_bus: Bus | None = None
 
     def on_vehicle_frame(self, frame: Frame, received_ns: int) -> None:
         with self._lock:
+            if frame.arbitration_id == WATCH.stop.arbitration_id:
+                self._obey(frame, received_ns)
+                return
             before = self._commands
             self._commands, _ = decode_command(before, frame)
             self._inputs = replace(self._inputs, body=self._commands.body)
             if self._commands.command is not before.command:
                 self._inputs = replace(self._inputs, command=self._commands.command, command_ns=received_ns)
                 self._demand(received_ns)
+
+    def _obey(self, frame: Frame, received_ns: int) -> None:
+        self._stop, reason = decode_stop(self._stop, frame)
+        if not reason and self._stop.fault:
+            self._inputs = replace(self._inputs, stop_ns=received_ns)
 
     def on_plant_frame(self, frame: Frame, received_ns: int) -> None:
         with self._lock:

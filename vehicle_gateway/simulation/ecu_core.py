@@ -3,7 +3,7 @@
 Follows the newest valid command. Without one for 100 ms it brakes by itself, jerk-limited, holds the steering, switches
 the hazard lights on, and holds the car; it follows again only when commands are back AND the car stands. Silent sensors
 are a fault with the same answer. It never steers on its own and never releases the brakes without a command.
-The emergency button in the car brakes whatever is commanded.
+The emergency button in the car brakes whatever is commanded. A stop of the watchdog counts as silence of the gateway.
 """
 
 from dataclasses import dataclass
@@ -28,6 +28,7 @@ Deceleration = Annotated[float, Meta(gt=0.5, le=10.0)]
 class EcuSettings(Message):
     command_timeout_ms: Timeout = 100.0  # ten missed cycles of the gateway
     sensor_timeout_ms: Timeout = 100.0
+    stop_lasts_ms: Timeout = 100.0  # a stop of the watchdog, five of its frames
     braking_m_s2: Deceleration = 4.0  # ceiling of UN R157 for a minimal risk manoeuvre
     jerk_m_s3: Annotated[float, Meta(gt=0.5, le=100.0)] = 10.0
     emergency_m_s2: Deceleration = 6.0
@@ -46,6 +47,7 @@ class EcuInputs:
     motion: Motion | None = None
     motion_ns: int = 0
     controls: Controls = Controls()
+    stop_ns: int | None = None  # when the watchdog last asked for a stop; None: never
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,8 @@ def _condition(previous: int, inputs: EcuInputs, now_ns: int, settings: EcuSetti
     """What is wrong now counts at once; what was wrong counts until the car stands."""
     if inputs.motion is None or now_ns - inputs.motion_ns > settings.sensor_timeout_ms * 1e6:
         return FAULT
+    if inputs.stop_ns is not None and now_ns - inputs.stop_ns <= settings.stop_lasts_ms * 1e6:
+        return TIMED_OUT  # the watchdog's word against the gateway's: as if the gateway were silent
     if inputs.command is None or now_ns - inputs.command_ns > settings.command_timeout_ms * 1e6:
         return TIMED_OUT
     return FOLLOWING if previous == FOLLOWING or _stands(inputs) else previous
