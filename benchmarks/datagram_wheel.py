@@ -24,8 +24,10 @@ from tower.cockpit.wheel import WheelDevice
 from tower.devices.known import KNOWN, through_evdev
 from tower.devices.source import Readings
 from tower.settings import TowerSettings
+from wire.certificates import folder_of
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.identity import signer_of
 from wire.link import open_link
 from wire.pace import Pace
 from wire.process import run_until_stopped
@@ -76,7 +78,8 @@ def main() -> int:
         clock = Clock(wire.clock.tower_offset_ns)
         with open_link(wire.link, Role.TOWER_HUB, clock, stop, hub=True) as link, Asker(link.ask, clock) as asker:
             settings = sections["tower"].cockpit
-            cockpit = Cockpit(settings, sections["haptics"], link, asker, secrets.token_hex(8), Plugged(wheel))
+            signer = signer_of(folder_of(wire.link.certificates), Role.TOWER_HUB)
+            cockpit = Cockpit(settings, sections["haptics"], link, asker, secrets.token_hex(8), signer.sign, Plugged(wheel))
             with Pace(TICK_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
                 for now_ns in pace:
                     cockpit.cycle(now_ns)

@@ -1,5 +1,6 @@
 """`tower certificates`: make the local authority and its certificates, hand them to another machine, take them there."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
@@ -36,14 +37,24 @@ def _word(made: bool, place: Path) -> str:
     return "made" if made else "imported" if certificates.is_imported(place) else "found"
 
 
-def export(config: Path, folder: str, file: Path, vehicle_id: str, hosts: tuple[str, ...], with_simulation: bool) -> int:
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """For whom a bundle is: see `wire.bundle.export`."""
+
+    vehicle_id: str = ""
+    hosts: tuple[str, ...] = ()
+    with_simulation: bool = False
+    supervisor: bool = False
+
+
+def export(config: Path, folder: str, file: Path, wanted: Wanted) -> int:
     """A bundle for another machine. Raises CertificateError."""
     place = _place(config, folder)
     certificates.ensure(place)
-    made = bundle.export(place, vehicle_id, hosts, with_simulation)
+    made = bundle.export(place, wanted.vehicle_id, wanted.hosts, wanted.with_simulation, wanted.supervisor)
     bundle.write(made, file)
     say = Console(highlight=False, soft_wrap=True).print
-    say(f"{file}: certificates for {_whose(vehicle_id)}, valid until {bundle.ends(made):%Y-%m-%d}")
+    say(f"{file}: certificates for {_whose(wanted.vehicle_id)}, valid until {bundle.ends(made):%Y-%m-%d}")
     say(f"It may be dialled as {', '.join(bundle.hosts(made))}.")
     say(f"It holds private keys: carry it over safely, run there: tower certificates import {file.name} - and delete it.")
     return 0

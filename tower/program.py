@@ -1,4 +1,4 @@
-"""The programs of the tower: `tower demo|drive|vehicles|cockpit|window|certificates`. Each imports only what it runs."""
+"""The programs of the tower, by name: `application` below. Each imports only what it runs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -34,6 +34,10 @@ def options(context: typer.Context, log_format: LogFormat = Format.TEXT) -> None
 
 certificates = typer.Typer(no_args_is_help=False)
 application.add_typer(certificates, name="certificates")
+supervise = typer.Typer(no_args_is_help=False)
+application.add_typer(supervise, name="supervise")
+Car = Annotated[str, typer.Argument(help="The car, by its vehicle id.")]
+Reason = Annotated[str, typer.Option(help="In words for the operator.", prompt=True)]
 
 
 @application.command()
@@ -139,13 +143,15 @@ def export_certificates(
     tower: Annotated[bool, typer.Option("--tower", help="For another tower.")] = False,
     host: Hosts = None,
     simulated: Annotated[bool, typer.Option("--simulated", help="Also the simulated world's, or the scripted operator's.")] = False,
+    supervisor: Annotated[bool, typer.Option("--supervisor", help="For a tower: also the supervisor's own.")] = False,
 ) -> None:
     """Write certificates for another machine into one file: what that site needs, never the authority's key."""
-    from tower.certificates import export
+    from tower.certificates import Wanted, export
 
     if bool(vehicle) == tower:
         raise typer.BadParameter("for whom? add --vehicle ID or --tower")
-    raise typer.Exit(run_until_stopped(lambda path, _: export(path, folder, file, vehicle, tuple(host or ()), simulated), config))
+    wanted = Wanted(vehicle, tuple(host or ()), simulated, supervisor)
+    raise typer.Exit(run_until_stopped(lambda path, _: export(path, folder, file, wanted), config))
 
 
 @certificates.command("import")
@@ -159,6 +165,47 @@ def import_certificates(
     from tower.certificates import take
 
     raise typer.Exit(run_until_stopped(lambda path, _: take(path, folder, file, replace), config))
+
+
+@supervise.callback(invoke_without_command=True)
+def supervise_cars(context: typer.Context, config: Config = DEFAULT) -> None:
+    """The cars and who holds them; take a lease away, let an operator in again, release a car that stopped too often."""
+    from tower.supervise import look
+
+    if context.invoked_subcommand is None:
+        raise typer.Exit(run_until_stopped(look, config))
+
+
+@supervise.command()
+def revoke(
+    car: Car,
+    reason: Reason,
+    config: Config = DEFAULT,
+    to: Annotated[str, typer.Option(help="The operator who may have it next; anybody else waits half a minute.")] = "",
+    stop: Annotated[bool, typer.Option("--stop", help="Also when the operator drives: the car makes a safe stop.")] = False,
+) -> None:
+    """Take the lease from its holder, who gets none for ten minutes or until `admit`."""
+    _order("revoke", config, car, to, reason, stop)
+
+
+@supervise.command()
+def admit(car: Car, operator: Annotated[str, typer.Argument(help="Whose lease was taken away.")], config: Config = DEFAULT) -> None:
+    """Let an operator in again before his time is over."""
+    _order("admit", config, car, operator)
+
+
+@supervise.command()
+def release(car: Car, reason: Reason, config: Config = DEFAULT) -> None:
+    """After three stops in ten minutes: the car may be taken over again."""
+    _order("release", config, car, reason=reason)
+
+
+def _order(action: str, config: Path, car: str, operator: str = "", reason: str = "", stop: bool = False) -> None:
+    from tower.supervise import Order, give
+    from wire.messages.session import Supervision
+
+    order = Order(action=Supervision(action), vehicle_id=car, operator=operator, reason=reason, stop=stop)
+    raise typer.Exit(run_until_stopped(lambda path, ended: give(path, ended, order), config))
 
 
 def main() -> None:

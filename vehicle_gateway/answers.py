@@ -4,9 +4,11 @@ from msgspec.structs import replace
 
 from vehicle_gateway.authority import Event
 from vehicle_gateway.hand_over import TakeView, refuse_hand_back, refuse_take
-from vehicle_gateway.lease import ECHO_AGE_MAX_NS, renew_epoch, request_lease
+from vehicle_gateway.identity import Identity
+from vehicle_gateway.lease import ECHO_AGE_MAX_NS, NOBODY, refuse_asker, renew_epoch, request_lease
 from vehicle_gateway.measure import NEVER_MS, picture_ms
 from vehicle_gateway.state import GatewayLimits, State
+from vehicle_gateway.supervision import end_with_certificate, refuse_barred
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.messages.vehicle import HandOver, Mode, VehicleDescription
@@ -15,15 +17,32 @@ IN_USE = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
 CAMERA_STATUS_AGE_MAX_NS = 1_500_000_000  # told at 5 Hz: seven missed
 
 
-def answer_leases(state: State, requests: tuple[LeaseRequest, ...], now_ns: int) -> tuple[State, tuple[LeaseReply, ...]]:
+def answer_leases(
+    state: State, requests: tuple[LeaseRequest, ...], now_ns: int, operators: tuple[Identity, ...] = ()
+) -> tuple[State, tuple[Event, ...], tuple[LeaseReply, ...]]:
+    """The state, the event of a lease that ends with its holder's certificate, and a reply for each request in order.
+
+    operators  who asks, one for each request
+    """
     replies = []
-    for request in requests:
-        lease, rule = request_lease(state.lease, request, now_ns, in_use=state.authority.mode in IN_USE)
-        if lease.owner != state.lease.owner:  # somebody new: nothing of the old holder's counts
-            state = replace(state, command=None, command_ns=0, dead_man_ns=0, pictures={}, question_number=0)
-        state = replace(state, lease=lease)
-        replies.append(LeaseReply(granted=not rule, epoch=0 if rule else lease.epoch, key_hex="", rule=rule, boot_id=state.boot_id))
-    return state, tuple(replies)
+    for request, identity in zip(requests, operators or (NOBODY,) * len(requests), strict=True):
+        state, rule = _answer_lease(state, request, identity, now_ns)
+        epoch = 0 if rule else state.lease.epoch
+        replies.append(LeaseReply(granted=not rule, epoch=epoch, key_hex="", rule=rule, boot_id=state.boot_id))
+    ended, events = end_with_certificate(state, now_ns)
+    return ended, events, tuple(replies)
+
+
+def _answer_lease(state: State, request: LeaseRequest, identity: Identity, now_ns: int) -> tuple[State, str]:
+    """The state after one request, and the rule that refused it."""
+    rule = refuse_asker(state.lease, request, identity, state.boot_id, now_ns) or refuse_barred(state, request.operator, now_ns)
+    if rule:
+        return state, rule
+    lease, rule = request_lease(state.lease, request, now_ns, state.authority.mode in IN_USE, identity)
+    if lease.owner != state.lease.owner:  # somebody new: nothing of the old holder's counts
+        state = replace(state, command=None, command_ns=0, dead_man_ns=0, pictures={}, question_number=0)
+        state = replace(state, lease_note="", offered_to="")
+    return replace(state, lease=lease), rule
 
 
 def answer_hand_overs(
@@ -94,6 +113,12 @@ def hand_back_note(state: State, now_ns: int, limits: GatewayLimits) -> str:
     return refuse_hand_back(state.authority.mode, state.autonomy_status, fresh, limits.hand_over)
 
 
+def certificate_left_s(state: State, now_ns: int) -> float | None:
+    """How long the holder's certificate lasts; None when nobody holds the lease or that is not known."""
+    ends_ns = state.lease.ends_ns
+    return max(ends_ns - now_ns, 0) / 1e9 if state.lease.holder and ends_ns else None
+
+
 def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits, returning: bool = False) -> TakeView:
     """What the rules of a take-over look at, from the state."""
     command, feedback = state.command, state.feedback
@@ -115,6 +140,7 @@ def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: Ga
         loop_max_ms=limits.failsafe.loop_age_max_ms,
         car_answers=feedback is not None and feedback.ecu_following and silent_ms <= limits.failsafe.feedback_lost_ms,
         controls_moved=bool(state.override_since_ns),
+        certificate_s=certificate_left_s(state, now_ns),
         returning=returning,
     )
 

@@ -18,6 +18,7 @@ from vehicle_gateway.reverse import SPEED_MAX_M_S as REVERSE_SPEED_MAX_M_S
 from vehicle_gateway.reverse import check_reverse
 from vehicle_gateway.safe_stop import safe_stop, speed_for_distance_m_s
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State, open_request
+from vehicle_gateway.supervision import supervise
 from wire.messages.base import Gear
 from wire.messages.operating import DriveCommand
 from wire.messages.session import Action
@@ -35,10 +36,14 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
     dt_s = min(max(now_ns - state.now_ns, 0) / 1e9, LONGEST_DT_S)
     before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns, vehicle, limits)
     measured = measure(before, now_ns, dt_s, vehicle, limits)
-    leased, lease_replies = answer_leases(measured, inputs.lease_requests, now_ns)
+    supervised, ordered, supervision_replies = supervise(measured, inputs, now_ns)
+    leased, ended, lease_replies = answer_leases(supervised, inputs.lease_requests, now_ns, inputs.operators)
     asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)
     decided, events = decide(
-        asked, (*granted, *happened(asked, inputs, now_ns, vehicle, limits, started=state.feedback is None)), now_ns, limits
+        asked,
+        (*ordered, *ended, *granted, *happened(asked, inputs, now_ns, vehicle, limits, started=state.feedback is None)),
+        now_ns,
+        limits,
     )
     requested = request_of(decided, now_ns, dt_s, vehicle, limits)
     guarded = guard_of(decided, now_ns, vehicle, limits)
@@ -69,6 +74,7 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         guard=guarded.eye,
         lease_replies=lease_replies,
         hand_over_replies=hand_over_replies,
+        supervision_replies=supervision_replies,
     )
 
 
@@ -187,6 +193,7 @@ def cause_text(state: State, event: Event) -> str:
         Event.LOCAL_UNCLEAR: "the controls in the car moved, nobody is seen in the seat",
         Event.FAULT: "control changed hands too often" if state.bounces else "the gateway started while the car was moving",
         Event.TOWER_STOP: "STOP was pressed in the tower",
+        Event.OPERATOR_LOST: state.lease_note,
         Event.BUDGET_OVER: "nobody took over in time",
         Event.STANDSTILL: f"stands: {state.cause}",
         Event.EMERGENCY_RELEASED: "the emergency button was released",

@@ -21,12 +21,14 @@ from vehicle_gateway.can.cyclic import Sent, take_due
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.can.vehicles import CarBus, car_bus_of
 from vehicle_gateway.cycle import step
-from vehicle_gateway.inbox import Inbox, Reply, lease_reply_with_key
+from vehicle_gateway.identity import Verifier
+from vehicle_gateway.inbox import Inbox, Replies, lease_reply_with_key
 from vehicle_gateway.journal import Entry, Journal
 from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file, recall
 from vehicle_gateway.reports import newest_command_ns, status_of, vehicle_state_of
 from vehicle_gateway.settings import VehicleGatewaySettings, refuse_on_a_road
 from vehicle_gateway.state import Inputs, Outputs, State, initial_state
+from wire.certificates import folder_of
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
@@ -65,7 +67,8 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     clock = Clock()
     boot_id = secrets.token_hex(8)
     with Memory(file) as memory, open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
-        inbox = Inbox(link, boot_id, car)
+        verifier = Verifier(folder_of(link_settings.certificates), link_settings.accepts_script, utc_minus_monotonic_ns())
+        inbox = Inbox(link, boot_id, verifier, clock, car)
         with (
             Journal(link, sections["vehicle"], settings.limits) as journal,
             open_audit(link, audit_file(file), config, wire.link, boot_id, settings.map_origin, clock) as audit,
@@ -150,13 +153,13 @@ class Gateway:
         return now_ns, now_ns + DEADLINE_NS
 
     def _cycle(self, now_ns: int) -> None:
-        inputs, lease_replies, hand_over_replies = self._inbox.take(now_ns)
+        inputs, replies = self._inbox.take()
         before = self.state
         self.state, outputs = step(before, inputs, now_ns, self._vehicle, self._limits)
         if outputs.send:
             self._send(outputs, now_ns)
         sent_ns = self._clock.now_ns()
-        self._answer(before, outputs, lease_replies, hand_over_replies)
+        self._answer(before, outputs, replies)
         self._remember(before)
         self._publish(before, inputs, outputs, now_ns, sent_ns)
 
@@ -175,14 +178,16 @@ class Gateway:
             for counter in counters.values():
                 self._bus.send(self._watch.encode_sources(newest_command_ns(self.state), counter))
 
-    def _answer(self, before: State, outputs: Outputs, lease_replies: list[Reply], hand_over_replies: list[Reply]) -> None:
+    def _answer(self, before: State, outputs: Outputs, replies: Replies) -> None:
         lease = self.state.lease
         if lease != before.lease:
             self._inbox.hold_to(lease.epoch, secrets.token_bytes(32) if lease.owner != before.lease.owner else None)
-        for reply, lease_answer in zip(lease_replies, outputs.lease_replies, strict=True):
+        for reply, lease_answer in zip(replies.lease, outputs.lease_replies, strict=True):
             reply(lease_reply_with_key(lease_answer, self._inbox.key))
-        for reply, answer in zip(hand_over_replies, outputs.hand_over_replies, strict=True):
+        for reply, answer in zip(replies.hand_over, outputs.hand_over_replies, strict=True):
             reply(answer)
+        for reply, told in zip(replies.supervision, outputs.supervision_replies, strict=True):
+            reply(told)
 
     def _remember(self, before: State) -> None:
         new = remember(self.state, self._epoch_reserved, self._utc_ns)
@@ -194,7 +199,11 @@ class Gateway:
         cycle = Entry(self._number, now_ns, before, inputs, self.state, outputs, sent_ns)
         self._journal.keep(cycle)
         self._audit.keep(cycle)
-        changed = before.authority != self.state.authority or before.hand_over != self.state.hand_over
+        changed = (before.authority, before.hand_over, before.lease_note) != (
+            self.state.authority,
+            self.state.hand_over,
+            self.state.lease_note,
+        )
         if before.authority.mode != self.state.authority.mode:
             self._tell_mode()
         if self._due("vehicle_state", STATE_NS, now_ns):
@@ -245,9 +254,13 @@ def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_
     if remembered.stop_latched and not remembered.emergency_latched:
         authority = msgspec.structs.replace(state.authority, mode=Mode.SAFE_STOP, origin=Mode.SAFE_STOP)  # which stands, or stops
         state = msgspec.structs.replace(state, authority=authority, cause="stopped before the gateway was restarted")
-    stops = tuple(max(at - utc_minus_now_ns, 0) for at in remembered.stops_utc_ns)
     return msgspec.structs.replace(
-        state, engaged=remembered.engaged, stops=stops, stop_pressed=remembered.stop_pressed, was_local=remembered.local_driver
+        state,
+        engaged=remembered.engaged,
+        stops=tuple(max(at - utc_minus_now_ns, 0) for at in remembered.stops_utc_ns),
+        barred={name: max(at - utc_minus_now_ns, 0) for name, at in remembered.barred_utc_ns.items()},
+        stop_pressed=remembered.stop_pressed,
+        was_local=remembered.local_driver,
     )
 
 
@@ -262,4 +275,5 @@ def remember(state: State, epoch_reserved: int, utc_minus_now_ns: int) -> Rememb
         engaged=state.engaged,
         local_driver=mode is Mode.LOCAL_DRIVER,
         stops_utc_ns=tuple(at + utc_minus_now_ns for at in state.stops),
+        barred_utc_ns={name: at + utc_minus_now_ns for name, at in state.barred.items()},
     )

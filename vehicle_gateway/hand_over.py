@@ -24,6 +24,7 @@ class HandOverLimits(Message):
     hand_back_error_rad: Annotated[float, Meta(ge=0.005, le=0.3)] = 0.06  # at the road wheels; the gate limits the step besides
     bounces_max: Annotated[int, Meta(ge=1, le=10)] = 2  # returns after a hand-back before the car stops for good
     stops_max: Annotated[int, Meta(ge=1, le=20)] = 3  # in ten minutes; then a supervisor
+    certificate_left_s: Annotated[float, Meta(ge=0.0, le=86400.0)] = 900.0  # ours: a drive ends before its operator's certificate
 
 
 class TakeView(Message):
@@ -42,6 +43,7 @@ class TakeView(Message):
     throttle_pressed: bool
     loop_p95_ms: float
     loop_max_ms: float
+    certificate_s: float | None = None  # until the operator's certificate expires, or the car's; None: not known
     controls_moved: bool = False  # somebody steers or brakes at the controls in the car
     car_answers: bool  # CAN feedback fresh and the drive-by-wire not at fault
     returning: bool  # within the guard after a hand-back: the wheel need not be aligned first
@@ -55,10 +57,14 @@ def refuse_take(view: TakeView, limits: HandOverLimits) -> str:
     rules = (
         (view.mode not in TAKE_FROM, f"not while the car is in {view.mode.replace('_', ' ')}"),
         (not view.lease_current, "no current lease: wait for it or for its holder"),
+        (
+            view.certificate_s is not None and view.certificate_s < limits.certificate_left_s,
+            f"the certificates last {(view.certificate_s or 0.0) / 60:.0f} minutes more: renew them, or the drive ends with them",
+        ),
         (view.stop_pressed, "STOP is pressed: clear it first"),
         (
             view.recent_stops >= limits.stops_max,
-            f"{view.recent_stops} stops in ten minutes: a supervisor has to release the car",
+            f"{view.recent_stops} stops in ten minutes: a supervisor has to release the car: tower supervise release",
         ),
         (not view.car_answers, "the car does not answer on CAN"),
         (view.controls_moved, "somebody moves the controls in the car"),

@@ -4,15 +4,17 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from hashlib import sha256
-from typing import TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import msgspec
 
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.health_codec import HealthState, health_of
 from vehicle_gateway.can.vehicles import CarBus
+from vehicle_gateway.identity import Identity
 from vehicle_gateway.lease import CommandGuard, refuse_command
 from vehicle_gateway.state import Inputs
+from wire.clock import Clock
 from wire.latest import EventQueue, Latest, Received
 from wire.link import Link
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
@@ -20,7 +22,14 @@ from wire.messages.base import Message
 from wire.messages.health import LoopHealth
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
-from wire.messages.session import HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
+from wire.messages.session import (
+    HandOverReply,
+    HandOverRequest,
+    LeaseReply,
+    LeaseRequest,
+    Outcome,
+    SupervisionRequest,
+)
 from wire.signature import is_genuine
 
 Reply = Callable[[Message], None]
@@ -28,10 +37,26 @@ T = TypeVar("T")
 QUESTIONS_MAX = 32  # waiting at once; a flood is refused and counted
 
 
+class Recognises(Protocol):
+    """Whose certificate asks: `vehicle_gateway.identity.Verifier`."""
+
+    def operator(self, request: LeaseRequest, now_ns: int) -> Identity: ...
+
+    def supervisor(self, request: SupervisionRequest, now_ns: int) -> Identity: ...
+
+
+class Replies(NamedTuple):
+    """How to answer the questions in the inputs, in their order."""
+
+    lease: list[Reply]
+    hand_over: list[Reply]
+    supervision: list[Reply]
+
+
 class Inbox:
     """Everything that arrived since the loop last looked. `wake` is set when a valid command or a question came."""
 
-    def __init__(self, link: Link, boot_id: str, car: CarBus) -> None:
+    def __init__(self, link: Link, boot_id: str, verifier: Recognises, clock: Clock, car: CarBus) -> None:
         self._codec, self._health_codec, self._watch_codec = car
         self.wake = threading.Event()
         self.dropped: Counter[str] = Counter()
@@ -46,13 +71,16 @@ class Inbox:
         self._autonomy: Latest[AutonomyCommand] = link.level("autonomy_command")
         self._status: Latest[AutonomyStatus] = link.level("autonomy_status")
         self._scene: Latest[Scene] = link.level("scene")
-        self._leases: EventQueue[tuple[LeaseRequest, Reply]] = EventQueue(QUESTIONS_MAX)
+        self._verifier, self._clock = verifier, clock
+        self._leases: EventQueue[tuple[LeaseRequest, Identity, Reply]] = EventQueue(QUESTIONS_MAX)
+        self._supervisions: EventQueue[tuple[SupervisionRequest, Identity, Reply]] = EventQueue(QUESTIONS_MAX)
         self._hand_overs: EventQueue[tuple[HandOverRequest, Reply]] = EventQueue(QUESTIONS_MAX)
         self._taken: dict[int, object] = {}
         self._link = link
         link.on("drive_command", self._on_command)
         link.serve_later("lease", self._on_lease)
         link.serve_later("hand_over", self._on_hand_over)
+        link.serve_later("supervision", self._on_supervision)
 
     def _on_command(self, command: DriveCommand, received_ns: int) -> None:
         with self._lock:
@@ -83,8 +111,15 @@ class Inbox:
             self.dropped[reason] += 1
 
     def _on_lease(self, request: LeaseRequest, reply: Reply) -> None:
-        hashed = sha256(request.session.encode()).hexdigest()[:32]  # whoever reads the recording could renew with the real one
-        self._leases.put((msgspec.structs.replace(request, session=hashed), reply), 0)
+        """Into the queue goes what the cycle needs and may be recorded: with the session's own name anybody could renew."""
+        identity = self._verifier.operator(request, self._clock.now_ns())
+        hashed = sha256(request.session.encode()).hexdigest()[:32]
+        self._leases.put((msgspec.structs.replace(request, session=hashed, certificate="", signature=""), identity, reply), 0)
+        self.wake.set()
+
+    def _on_supervision(self, request: SupervisionRequest, reply: Reply) -> None:
+        identity = self._verifier.supervisor(request, self._clock.now_ns())
+        self._supervisions.put((msgspec.structs.replace(request, certificate="", signature=""), identity, reply), 0)
         self.wake.set()
 
     def _on_hand_over(self, request: HandOverRequest, reply: Reply) -> None:
@@ -102,10 +137,11 @@ class Inbox:
         self._hand_overs.put((request, reply), 0)
         self.wake.set()
 
-    def take(self, now_ns: int) -> tuple[Inputs, list[Reply], list[Reply]]:
-        """What arrived since the last call, and how to answer the lease and hand-over questions in it."""
+    def take(self) -> tuple[Inputs, Replies]:
+        """What arrived since the last call, and how to answer the questions in it."""
         leases = [item.message for item in self._leases.drain()]
         hand_overs = [item.message for item in self._hand_overs.drain()]
+        supervisions = [item.message for item in self._supervisions.drain()]
         stops = [item.message.number for item in self._stops.drain()]
         command, self._command = self._command, None
         inputs = Inputs(
@@ -117,10 +153,17 @@ class Inbox:
             scene=self._newest(3, self._scene),
             cameras=tuple(item.message for item in self._cameras.drain()),
             stop_number=stops[-1] if stops else 0,
-            lease_requests=tuple(request for request, _ in leases),
+            lease_requests=tuple(request for request, _, _ in leases),
+            operators=tuple(identity for _, identity, _ in leases),
             hand_over_requests=tuple(request for request, _ in hand_overs),
+            supervision_requests=tuple(request for request, _, _ in supervisions),
+            supervisors=tuple(identity for _, identity, _ in supervisions),
         )
-        return inputs, [reply for _, reply in leases], [reply for _, reply in hand_overs]
+        return inputs, Replies(
+            lease=[reply for _, _, reply in leases],
+            hand_over=[reply for _, reply in hand_overs],
+            supervision=[reply for _, _, reply in supervisions],
+        )
 
     def ecu_health(self, now_ns: int) -> LoopHealth | None:
         """The newest report of the ECU's loop, once."""
@@ -141,7 +184,7 @@ class Inbox:
     def all_dropped(self) -> dict[str, int]:
         """Everything refused on this side, by reason."""
         refused = {
-            "questions": self._leases.refused + self._hand_overs.refused,
+            "questions": self._leases.refused + self._hand_overs.refused + self._supervisions.refused,
             "stops": self._stops.refused,
             "camera status": self._cameras.refused,
         }

@@ -1,4 +1,5 @@
-"""What the gateway must not forget when it dies: the epoch, a latched stop, that it was engaged, its recent stops.
+"""What the gateway must not forget when it dies: the epoch, a latched stop, that it was engaged, its recent stops, whom a
+supervisor keeps out.
 
 Epochs are reserved in blocks before the first one of a block is used, so that no grant waits for a disk. A latch is written
 by a thread of its own, for the same reason, and synced by another: one that follows another closely must not wait for the disk.
@@ -13,7 +14,7 @@ from pathlib import Path
 import msgspec
 
 from wire.configuration import ConfigurationError
-from wire.messages.base import Count, Message, TimeNs, encode
+from wire.messages.base import Count, Message, Name, TimeNs, encode
 
 EPOCH_BLOCK = 1_000_000  # epochs reserved at each start: more grants than a lifetime of one process
 
@@ -26,6 +27,7 @@ class Remembered(Message):
     engaged: bool = False
     local_driver: bool = False
     stops_utc_ns: tuple[TimeNs, ...] = ()
+    barred_utc_ns: dict[Name, TimeNs] = {}  # operators whom a supervisor took the lease from: until when they get none
 
 
 def default_file(vehicle_id: str) -> Path:

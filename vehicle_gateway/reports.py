@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from vehicle_gateway.answers import hand_back_note, take_view
+from vehicle_gateway.answers import certificate_left_s, hand_back_note, take_view
 from vehicle_gateway.authority import Source, driving_source
 from vehicle_gateway.corridor import pursue, usable
 from vehicle_gateway.hand_over import refuse_take
@@ -28,6 +28,10 @@ def status_of(
         cause=state.cause,
         lease_holder=state.lease.holder,
         lease_epoch=state.lease.epoch,
+        lease_certificate=state.lease.certificate,
+        lease_fingerprint=state.lease.fingerprint,
+        certificate_left_s=certificate_left_s(state, now_ns),
+        lease_note=state.lease_note,
         hand_over=state.hand_over,
         request=request,
         budget_remaining_s=max(budget_s, 0.0),

@@ -16,6 +16,7 @@ from vehicle_gateway.free_way import Surroundings
 from vehicle_gateway.gate import GateLimits
 from vehicle_gateway.guard import Eye, GuardLimits, Things
 from vehicle_gateway.hand_over import HandOverLimits
+from vehicle_gateway.identity import Identity
 from vehicle_gateway.lease import Lease
 from vehicle_gateway.link_quality import CapLimits, LoopAges, SpeedCap
 from vehicle_gateway.place import Fix, PlaceLimits
@@ -25,7 +26,14 @@ from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene, Tak
 from wire.messages.base import Count, Length, Message, Name, Speed, Text, TimeNs
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
-from wire.messages.session import HandOverReply, HandOverRequest, LeaseReply, LeaseRequest
+from wire.messages.session import (
+    HandOverReply,
+    HandOverRequest,
+    LeaseReply,
+    LeaseRequest,
+    SupervisionReply,
+    SupervisionRequest,
+)
 from wire.messages.vehicle import Actuation, HandOver, Mode
 
 
@@ -67,6 +75,9 @@ class Inputs(Message):
     stop_number: Count = 0  # of the newest TowerStop; 0 when none came
     lease_requests: tuple[LeaseRequest, ...] = ()
     hand_over_requests: tuple[HandOverRequest, ...] = ()
+    operators: tuple[Identity, ...] = ()  # who asks for the lease, one for each request; () in recordings from before
+    supervision_requests: tuple[SupervisionRequest, ...] = ()
+    supervisors: tuple[Identity, ...] = ()  # one for each
 
 
 class Picture(Message):
@@ -124,6 +135,11 @@ class State(Message):
     seat_left_ns: TimeNs = 0  # since when the driver's seat has been empty; 0: it is not
     question_number: Count = 0  # of the last hand-over question of this lease: an old one is not asked again
     causes: tuple[Cause, ...] = ()
+    lease_note: Text = ""  # why the last lease was taken from its holder; "" once somebody has one again
+    barred: dict[Name, TimeNs] = {}  # operators that get no lease before then
+    offered_to: Name = ""  # whom a supervisor named: until then nobody else gets the lease
+    offered_until_ns: TimeNs = 0
+    supervised_ns: TimeNs = 0  # stamp in the newest question of a supervisor that was obeyed: an old one is not obeyed again
 
 
 class Outputs(Message):
@@ -139,6 +155,7 @@ class Outputs(Message):
     guard: Eye = Eye.BLIND  # what the collision guard says of itself
     lease_replies: tuple[LeaseReply, ...] = ()  # without the key: the shell adds it
     hand_over_replies: tuple[HandOverReply, ...] = ()
+    supervision_replies: tuple[SupervisionReply, ...] = ()
 
 
 def open_request(state: State) -> TakeoverRequest | None:

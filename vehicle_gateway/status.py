@@ -15,6 +15,7 @@ from wire.topics import PROGRAMS, Role
 
 FEEDBACK_OLD_MS = 200.0  # the car tells how it moves every 10 ms
 NO_CAP_M_S = 100.0  # the end of the message's range: nobody drives whom a cap would hold
+CERTIFICATE_WARN_S = 86_400.0  # ours: a day to bring new certificates
 NEEDED = (Role.VEHICLE_HUB, Role.VIDEO, Role.RECORDER)  # what runs in every car
 
 
@@ -45,6 +46,10 @@ class Status(Message):
     take_refused: Text  # the rule that would refuse a take-over now
     lease_holder: Name
     lease_epoch: Count
+    lease_certificate: Name = ""
+    lease_fingerprint: Name = ""
+    certificate_left_s: Seconds | None = None
+    lease_note: Text = ""
     stops_in_ten_minutes: Count
     speed_m_s: Speed | None  # None: no VehicleState was heard
     speed_cap_m_s: Speed | None
@@ -84,6 +89,10 @@ def status_from(heard: Heard) -> Status:
         take_refused=status.take_refused,
         lease_holder=status.lease_holder,
         lease_epoch=status.lease_epoch,
+        lease_certificate=status.lease_certificate,
+        lease_fingerprint=status.lease_fingerprint,
+        certificate_left_s=status.certificate_left_s,
+        lease_note=status.lease_note,
         stops_in_ten_minutes=status.stops_in_ten_minutes,
         speed_m_s=state.speed_m_s if state else None,
         speed_cap_m_s=state.speed_cap_m_s if state else None,
@@ -125,11 +134,11 @@ def _loop(health: LoopHealth) -> LoopSeen:
 def rows_of(status: Status) -> list[tuple[str, str, bool]]:
     """(name, text, whether it is as it should be) of each line for people."""
     car_answers = status.can_feedback_age_ms is not None and status.can_feedback_age_ms <= FEEDBACK_OLD_MS
-    holder = f"{status.lease_holder}, epoch {status.lease_epoch}" if status.lease_holder else "nobody"
+    soon = status.certificate_left_s is not None and status.certificate_left_s < CERTIFICATE_WARN_S
     rows = [
         ("mode", f"{status.mode.replace('_', ' ')} for {status.mode_s:.0f} s: {status.cause}", not status.failsafe),
         ("failsafe", status.failsafe or "nothing", not status.failsafe),
-        ("lease", holder, True),
+        ("lease", _lease(status), not soon),
         ("take-over", f"would be refused: {status.take_refused}" if status.take_refused else "would be granted", True),
         ("speed", _speed(status), status.speed_m_s is not None),
         ("CAN", f"feedback {_ms(status.can_feedback_age_ms)} old", car_answers),
@@ -140,6 +149,14 @@ def rows_of(status: Status) -> list[tuple[str, str, bool]]:
     rows += [(f"loop {name}", _lateness(loop), loop.lateness_max_ms <= loop.period_ms) for name, loop in status.loops.items()]
     rows += [("silent", name, False) for name in status.silent]
     return [*rows, ("dropped", ", ".join(f"{reason} {count}" for reason, count in status.dropped.items()) or "nothing", True)]
+
+
+def _lease(status: Status) -> str:
+    if not status.lease_holder:
+        return f"nobody: {status.lease_note}" if status.lease_note else "nobody"
+    left = f", ends in {status.certificate_left_s / 3600:.1f} h" if status.certificate_left_s is not None else ""
+    shown = f"; certificate {status.lease_certificate} {status.lease_fingerprint[:16]}{left}" if status.lease_certificate else ""
+    return f"{status.lease_holder}, epoch {status.lease_epoch}{shown}"
 
 
 def _speed(status: Status) -> str:

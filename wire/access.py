@@ -1,7 +1,8 @@
 """Access control at a hub's ingress and egress, derived from the topic table: default deny, subjects by certificate name.
 
 A hub hides who stands behind it, so every hub checks its own clients, and of the other hub it lets in only what may cross.
-A tower that sees several cars takes from each only what concerns that car.
+A supervisor may come to the car without a tower's hub, and is nobody but himself there. A tower that sees several cars takes
+from each only what concerns that car.
 """
 
 from itertools import product
@@ -10,6 +11,7 @@ from typing import Any
 from wire.topics import CAR, COCKPITS, QUERIES, TOPICS, TOWER, Role, certificate_names, key
 
 _HUBS = {"car": frozenset({Role.VEHICLE_HUB}), "tower": COCKPITS}
+_GUESTS = {"car": frozenset[Role](), "tower": frozenset({Role.TOWER_SUPERVISOR})}  # dial the other site themselves, for themselves
 
 
 def access_control(vehicle_ids: tuple[str, ...], site: str, accepts_script: bool) -> dict[str, Any]:
@@ -23,9 +25,10 @@ def access_control(vehicle_ids: tuple[str, ...], site: str, accepts_script: bool
     rules: list[dict[str, Any]] = []
     policies = []
     subjects = []
-    for vehicle_id, role in product(vehicle_ids, sorted(home - _HUBS[site]) + sorted(far_hubs)):
+    far = far_hubs | _GUESTS[far_site]
+    for vehicle_id, role in product(vehicle_ids, sorted(home - _HUBS[site]) + sorted(far)):
         speaks_for = (TOWER if far_site == "tower" else CAR) if role in far_hubs else frozenset({role})
-        own = _rules_of(vehicle_id, role, speaks_for, crossing_only=role in far_hubs)
+        own = _rules_of(vehicle_id, role, speaks_for, crossing_only=role in far)
         subject = f"{role} {vehicle_id}"
         rules += own
         subjects.append({"id": subject, "cert_common_names": list(certificate_names(role, vehicle_id))})

@@ -20,6 +20,7 @@ from wire.private_file import refusal
 from wire.topics import CAR, TOWER, Role, certificate_names
 
 _SIMULATION = frozenset({Role.SIMULATE, Role.TOWER_SCRIPT})  # a real site needs neither
+_SUPERVISION = frozenset({Role.TOWER_SUPERVISOR})  # only where the supervisor himself sits
 _AGAIN = "export it again, and carry it over whole"
 _BUNDLE_MAX_BYTES = 1_000_000  # ours: a car's is 12 kB
 
@@ -40,15 +41,17 @@ class Bundle(Message):
     digest: str  # SHA-256 of the rest, in hexadecimal: a file that was cut or changed on the way is noticed
 
 
-def export(folder: Path, vehicle_id: str, hosts: tuple[str, ...], with_simulation: bool) -> Bundle:
+def export(folder: Path, vehicle_id: str, hosts: tuple[str, ...], with_simulation: bool, supervisor: bool = False) -> Bundle:
     """New certificates for another machine. Raises CertificateError when this folder holds no authority.
 
     vehicle_id       of the car they are for; "" for a tower
     hosts            names and addresses under which the other site dials that machine
     with_simulation  also for the simulated world, or for the scripted operator
+    supervisor       for a tower: also the supervisor's own
     """
     authority = authority_of(folder)
     wanted = (CAR if vehicle_id else TOWER) - (frozenset() if with_simulation else _SIMULATION)
+    wanted -= frozenset() if supervisor else _SUPERVISION
     try:
         pairs = {role: issue(certificate_names(role, vehicle_id)[-1], hosts, authority) for role in sorted(wanted)}
     except ValueError as error:

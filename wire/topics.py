@@ -23,6 +23,7 @@ class Role(StrEnum):
     TOWER_SCRIPT = "tower-script"  # the scripted operator; a real car refuses it
     WINDOW = "window"
     CAR_OBSERVER = "car-observer"  # looks on at the car's hub (`vehicle-gateway status`, the demo's supervisor)
+    TOWER_SUPERVISOR = "tower-supervisor"  # a person above the operators: takes a lease away, releases a car; never drives
     TOWER_OBSERVER = "tower-observer"  # looks on at the tower's hub: sees what the window is told, sends nothing
 
 
@@ -37,12 +38,14 @@ PROGRAMS: dict[Role, str] = {  # the command that a role's process is: how it na
     Role.WINDOW: "tower window",
     Role.CAR_OBSERVER: "tower demo",
     Role.TOWER_OBSERVER: "tower observer",
+    Role.TOWER_SUPERVISOR: "tower supervise",
 }
 ECU = "vehicle-gateway ecu"  # has no role: it is on CAN alone, and the gateway passes its health on
 CAR = frozenset({Role.VEHICLE_HUB, Role.VIDEO, Role.SIMULATE, Role.AUTONOMY, Role.RECORDER, Role.CAR_OBSERVER})
-TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW, Role.TOWER_OBSERVER})
+TOWER = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT, Role.WINDOW, Role.TOWER_OBSERVER, Role.TOWER_SUPERVISOR})
 COCKPITS = frozenset({Role.TOWER_HUB, Role.TOWER_SCRIPT})
 SCREENS = frozenset({Role.WINDOW, Role.TOWER_OBSERVER})
+STATE_SEERS = SCREENS | {Role.TOWER_SUPERVISOR}  # what the car does and who holds it, without what is on the road
 
 
 def certificate_names(role: Role, vehicle_id: str) -> tuple[str, ...]:
@@ -51,6 +54,17 @@ def certificate_names(role: Role, vehicle_id: str) -> tuple[str, ...]:
     The bare name of a car's role exists only beside the authority itself, which could issue any.
     """
     return (str(role), f"{role}.{vehicle_id}") if role in CAR else (str(role),)
+
+
+def role_of(common_name: str) -> Role | None:
+    """The role that a certificate of this name may come as; None for a name that is none of ours."""
+    bare = common_name.partition(".")[0]
+    return Role(bare) if bare in list(Role) else None
+
+
+def operator_of(common_name: str) -> str:
+    """Whose own certificate a tower's is: "ann" of tower-hub.ann; "" of one that everybody at that tower uses."""
+    return common_name.partition(".")[2]
 
 
 class Travel(StrEnum):
@@ -128,13 +142,15 @@ TOPICS: dict[str, Topic] = {
         _topic("clock_ping", operating.ClockPing, 5, COCKPITS, {R.VEHICLE_HUB}, T.COMMAND, recorded=False),
         # car -> tower
         _topic("clock_pong", operating.ClockPong, 5, R.VEHICLE_HUB, COCKPITS, T.COMMAND, recorded=False),
-        _topic("vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | SCREENS | {R.VIDEO, R.CAR_OBSERVER}, T.COMMAND),
+        _topic(
+            "vehicle_state", vehicle.VehicleState, 50, R.VEHICLE_HUB, COCKPITS | STATE_SEERS | {R.VIDEO, R.CAR_OBSERVER}, T.COMMAND
+        ),
         _topic(
             "gateway_status",
             vehicle.GatewayStatus,
             20,
             R.VEHICLE_HUB,
-            COCKPITS | SCREENS | {R.AUTONOMY, R.CAR_OBSERVER},
+            COCKPITS | STATE_SEERS | {R.AUTONOMY, R.CAR_OBSERVER},
             T.STATE,
         ),
         _topic("vehicle_description", vehicle.VehicleDescription, 1, R.VEHICLE_HUB, COCKPITS | SCREENS, T.BULK),
@@ -157,7 +173,7 @@ TOPICS: dict[str, Topic] = {
         _topic("referee", sensing.Referee, 10, R.SIMULATE, {R.CAR_OBSERVER}, T.STATE),
         # both sites
         _topic("car_health", health.LoopHealth, 1, CAR, {R.VIDEO, R.CAR_OBSERVER}, T.STATE, K.EVENT),
-        _topic("tower_health", health.LoopHealth, 1, TOWER - {R.TOWER_OBSERVER}, {R.CAR_OBSERVER}, T.STATE, K.EVENT),
+        _topic("tower_health", health.LoopHealth, 1, COCKPITS | {R.WINDOW}, {R.CAR_OBSERVER}, T.STATE, K.EVENT),
     )
 }
 
@@ -181,6 +197,13 @@ QUERIES: dict[str, Query] = {
             reply=session.HandOverReply,
             server=R.VEHICLE_HUB,
             askers=COCKPITS,
+        ),
+        Query(
+            name="supervision",
+            request=session.SupervisionRequest,
+            reply=session.SupervisionReply,
+            server=R.VEHICLE_HUB,
+            askers=frozenset({R.TOWER_SUPERVISOR}),
         ),
         Query(
             name="video_session",

@@ -76,6 +76,7 @@ def tls_of(settings: LinkSettings, role: Role) -> dict[str, Any]:
         "connect_private_key": key_file,
         "connect_certificate": certificate,
         "verify_name_on_connect": True,
+        "close_link_on_expiration": True,  # tried: without it an expired certificate goes on for as long as its session lasts
     }
 
 

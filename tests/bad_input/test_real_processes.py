@@ -24,6 +24,7 @@ from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.clock import Clock
 from wire.configuration import read_sections, shipped
+from wire.identity import signer_of
 from wire.link import Link, open_link
 from wire.messages.base import Gear
 from wire.messages.operating import ClockPing, DriveCommand
@@ -63,6 +64,7 @@ class Session:
         self._links: dict[Role, Link] = {}
         own_hub = msgspec.structs.replace(self.settings, tower_hub=f"127.0.0.1:{free_port()}")
         self.tower = self.links.enter_context(open_link(own_hub, Role.TOWER_HUB, Clock(), Event(), hub=True))
+        self.signer = signer_of(Path(self.settings.certificates), Role.TOWER_HUB)
         self.status, self.state = self.tower.level("gateway_status"), self.tower.level("vehicle_state")
         self.dropped: dict[str, dict[str, int]] = {}  # by process, as each tells it
         for health in ("car_health", "tower_health"):
@@ -119,12 +121,23 @@ def drive(sessions, until) -> Session:
     return sessions[0]
 
 
+def ask_lease(drive: Session, operator: str, session: str, timeout_s: float) -> LeaseReply | None:
+    """Signed, as a cockpit asks."""
+    heard = drive.status.get()
+    if heard is None:
+        return None
+    told = {"echoed_vehicle_ns": heard.message.stamp_ns, "echoed_boot_id": heard.message.boot_id}
+    return drive.tower.ask(
+        "lease", drive.signer.sign(LeaseRequest(operator=operator, session=session, sent_ns=1, **told)), timeout_s
+    )
+
+
 @pytest.fixture(scope="module")
 def lease(drive: Session, until) -> LeaseReply:
     """Held by this test's tower before the cockpit comes: the cockpit is the second operator."""
 
     def answered() -> LeaseReply | None:
-        reply = drive.tower.ask("lease", LeaseRequest(operator="ann", session="s1", sent_ns=1), 0.5)
+        reply = ask_lease(drive, "ann", "s1", 0.5)
         return reply if reply is not None and reply.granted else None
 
     held: LeaseReply = until(answered)
@@ -144,7 +157,7 @@ def test_two_sessions_on_one_machine_both_run_and_neither_hears_the_other(sessio
 
 
 def test_a_second_operator_is_told_who_holds_the_lease(drive: Session, lease: LeaseReply, until):
-    refused = drive.tower.ask("lease", LeaseRequest(operator="eve", session="s2", sent_ns=1), 1.0)
+    refused = ask_lease(drive, "eve", "s2", 1.0)
     assert not refused.granted and "ann" in refused.rule and refused.key_hex == ""
     told = drive.link(Role.RECORDER).level("operator_status")  # of the cockpit, a real one
     until(lambda: told.get() and "ann" in told.get().message.lease_note, lambda: renew(drive))
@@ -152,7 +165,7 @@ def test_a_second_operator_is_told_who_holds_the_lease(drive: Session, lease: Le
 
 
 def renew(drive: Session) -> None:
-    drive.tower.ask("lease", LeaseRequest(operator="ann", session="s1", sent_ns=1), 0.2)
+    ask_lease(drive, "ann", "s1", 0.2)
 
 
 def command_of(drive: Session, lease: LeaseReply, sequence: int) -> DriveCommand:

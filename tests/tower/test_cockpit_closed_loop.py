@@ -275,7 +275,9 @@ class Drive:
         self.things = site(self.road) if self.closed else []
         self.car = Car(self.road, self.start_m)
         self.wire = Wire(self.car)
-        self.cockpit = Cockpit(CockpitSettings(device="scripted"), HapticsSettings(), self.wire, self.wire, "s")
+        self.cockpit = Cockpit(
+            CockpitSettings(device="scripted"), HapticsSettings(), self.wire, self.wire, "s", lambda asked: asked
+        )
         self.request: TakeoverRequest | None = None
         self.frozen_capture_ns: int | None = None
 

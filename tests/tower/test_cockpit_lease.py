@@ -1,5 +1,6 @@
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from tower.cockpit.lease_client import Lease, answered, asked, contradicts, due, request, with_epoch
 from wire.messages.session import LeaseReply
@@ -81,7 +82,12 @@ def test_a_key_that_is_none_is_no_lease() -> None:
 
 
 def test_the_same_session_is_named_every_time() -> None:
-    assert request("o", "s", 5).session == request("o", "s", 9).session == "s"
+    assert request("o", "s", status(), 5).session == request("o", "s", status(), 9).session == "s"
+
+
+def test_a_question_names_the_car_s_own_newest_stamp_and_start() -> None:
+    asked_now = request("o", "s", replace(status(boot_id="b7"), stamp_ns=42), 5)
+    assert (asked_now.echoed_vehicle_ns, asked_now.echoed_boot_id) == (42, "b7")
 
 
 @given(grants=st.lists(st.integers(1, 100), max_size=30))

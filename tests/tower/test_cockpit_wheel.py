@@ -54,7 +54,7 @@ class Tower:
         self.waiting: list[tuple[str, float]] = []
         self.cut = False
         self.mode, self.epoch, self.now = Mode.STOPPED, 5, 10**12
-        self.cockpit = Cockpit(CockpitSettings(operator="ann"), HapticsSettings(), self, self, "session", self)
+        self.cockpit = Cockpit(CockpitSettings(operator="ann"), HapticsSettings(), self, self, "session", lambda asked: asked, self)
 
     # the link and the asker ----------------------------------------------------------------------------------------------
 

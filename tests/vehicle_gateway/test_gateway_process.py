@@ -42,6 +42,7 @@ from vehicle_gateway.failsafe import RULES
 from wire import certificates
 from wire.clock import Clock
 from wire.configuration import shipped
+from wire.identity import Signer, signer_of
 from wire.link import open_link
 from wire.messages.audit import AuditKind
 from wire.messages.base import Gear, Indicators
@@ -133,8 +134,8 @@ class Ecu:
 class Tower:
     """A cockpit of 100 Hz with a picture that is always new, on the same machine and so on the same clock."""
 
-    def __init__(self, link: Any, video: Any) -> None:
-        self.link, self.video = link, video
+    def __init__(self, link: Any, video: Any, signer: Signer) -> None:
+        self.link, self.video, self.signer = link, video, signer
         self.status: GatewayStatus | None = None
         self.state = link.level("vehicle_state")
         link.on("gateway_status", self._told)
@@ -151,7 +152,11 @@ class Tower:
 
     def ask_lease(self) -> LeaseReply:
         def answered() -> LeaseReply | None:
-            reply = self.link.ask("lease", LeaseRequest(operator="ann", session="s1", sent_ns=1), 0.5)
+            if self.status is None:
+                return None
+            heard = {"echoed_vehicle_ns": self.status.stamp_ns, "echoed_boot_id": self.status.boot_id}
+            question = LeaseRequest(operator="ann", session="s1", sent_ns=1, **heard)
+            reply = self.link.ask("lease", self.signer.sign(question), 0.5)
             return reply if isinstance(reply, LeaseReply) and reply.granted else None
 
         self.lease = until(answered)
@@ -239,7 +244,7 @@ def around(site: Site) -> Iterator[tuple[Tower, Ecu, Callable[[], subprocess.Pop
         process = start()
         video = stack.enter_context(open_link(site.link, Role.VIDEO, Clock(), stop))
         link = stack.enter_context(open_link(site.link, Role.TOWER_HUB, Clock(), stop, hub=True))
-        tower = Tower(link, video)
+        tower = Tower(link, video, signer_of(Path(site.link.certificates), Role.TOWER_HUB))
         threads = [threading.Thread(target=ecu.send, args=(bus, stop)), threading.Thread(target=tower.send, args=(stop,))]
         for thread in threads:
             thread.start()

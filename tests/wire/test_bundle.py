@@ -40,8 +40,9 @@ def certificate(pem: str) -> x509.Certificate:
 def test_a_car_s_bundle_holds_the_car_s_roles_and_a_tower_s_the_tower_s_and_what_only_simulates_on_request(home: Path):
     assert set(export(home, "car-1", (), False).roles) == CAR - {Role.SIMULATE}
     assert set(export(home, "car-1", (), True).roles) == CAR
-    assert set(export(home, "", (), False).roles) == TOWER - {Role.TOWER_SCRIPT}
-    assert set(export(home, "", (), True).roles) == TOWER
+    assert set(export(home, "", (), False).roles) == TOWER - {Role.TOWER_SCRIPT, Role.TOWER_SUPERVISOR}
+    assert set(export(home, "", (), True).roles) == TOWER - {Role.TOWER_SUPERVISOR}
+    assert set(export(home, "", (), False, supervisor=True).roles) == TOWER - {Role.TOWER_SCRIPT}
 
 
 def test_the_authority_s_key_is_in_no_bundle(home: Path):

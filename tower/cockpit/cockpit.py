@@ -6,6 +6,7 @@ commands stops and the car's failsafe acts.
 
 import secrets
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,12 +33,14 @@ from tower.cockpit.torque_log import TorqueLog
 from tower.devices import store
 from tower.devices.finder import Finder, opened
 from tower.settings import TowerSettings
+from wire.certificates import folder_of
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.identity import signer_of
 from wire.link import open_link
 from wire.load import stolen_s
 from wire.messages.operating import ClockPing, TowerStop
-from wire.messages.session import Action, HandOverReply, LeaseReply, Outcome
+from wire.messages.session import Action, HandOverReply, LeaseReply, LeaseRequest, Outcome
 from wire.messages.steps import TorqueSteps
 from wire.messages.vehicle import GatewayStatus, Mode
 from wire.pace import Pace
@@ -66,7 +69,8 @@ def run(config: Path, stop: threading.Event) -> int:
         open_link(wire.link, role, clock, stop, hub=True) as link,
         Asker(link.ask, clock) as asker,
     ):
-        cockpit = Cockpit(settings, haptics, link, asker, secrets.token_hex(8), finder)
+        signer = signer_of(folder_of(wire.link.certificates), role)  # of the link: both end together, and the car knows when
+        cockpit = Cockpit(settings, haptics, link, asker, secrets.token_hex(8), signer.sign, finder)
         with Pace(TICK_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
             health_ns = 0
             for now_ns in pace:
@@ -88,13 +92,14 @@ class Cockpit:
         link: CockpitLink,
         asker: Asking,
         session: str,
+        sign_lease: Callable[[LeaseRequest], LeaseRequest],
         arrivals: Arrivals | None = None,
     ) -> None:
         self._settings = settings
         self._haptics = haptics
         self._link = link
         self._asker = asker
-        self._session = session
+        self._session, self._sign_lease = session, sign_lease
         self._inbox = Inbox(link)
         self._desk = Desk(settings, haptics, arrivals)
         self._controls = Controls(wheel=VirtualWheel())
@@ -227,8 +232,9 @@ class Cockpit:
         self._hand_over, request = hand_over.step(self._hand_over, inputs, now_ns)
         if request is not None:
             self._asker.offer("hand_over", sign(request, self._lease.key))
-        elif not self._asker.busy and lease_client.due(self._lease, status, self._settings.operator, now_ns):
-            self._asker.offer("lease", lease_client.request(self._settings.operator, self._session, now_ns))
+        elif status and not self._asker.busy and lease_client.due(self._lease, status, self._settings.operator, now_ns):
+            question = lease_client.request(self._settings.operator, self._session, status, now_ns)
+            self._asker.offer("lease", self._sign_lease(question))
             self._lease = lease_client.asked(self._lease, now_ns)
 
     def _want(self, view: View, now_ns: int) -> Wanted:

@@ -78,5 +78,12 @@ def with_epoch(lease: Lease, epoch: int, now_ns: int) -> Lease:
     return replace(lease, epoch=epoch, changed_ns=now_ns) if epoch > lease.epoch else lease
 
 
-def request(operator: str, session: str, now_ns: int) -> LeaseRequest:
-    return LeaseRequest(operator=operator, session=session, sent_ns=now_ns)
+def request(operator: str, session: str, status: GatewayStatus, now_ns: int) -> LeaseRequest:
+    """The unsigned question."""
+    return LeaseRequest(
+        operator=operator,
+        session=session,
+        sent_ns=now_ns,
+        echoed_vehicle_ns=status.stamp_ns,
+        echoed_boot_id=status.boot_id,
+    )

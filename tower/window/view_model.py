@@ -47,6 +47,7 @@ KM_H = 3.6  # km/h per m/s
 STANDING_M_S = 0.3
 _BEFORE_DRIVING = (None, Mode.STANDBY, Mode.AUTONOMOUS, Mode.SAFE_STOP, Mode.STOPPED)
 _BLINK_NS = 350_000_000  # ours: half a period, 86 flashes a minute (UN R6: 60 to 120)
+_CERTIFICATE_WARN_S = 3600.0  # ours: an hour, four times what the car refuses a take-over at
 _SCALE_KM_H = 40  # of the dial before the car has said how fast it may go
 _AGE_WARN_MS, _AGE_BAD_MS = 200, 500  # architecture: the speed cap falls above 200 ms, the car stops above 500 ms
 _TRIP_WARN_MS, _TRIP_BAD_MS = 100, 250  # ours; comma calls 250 ms poor (reference/remote-driving.md)
@@ -279,10 +280,13 @@ def _operator(sights: Sights) -> OperatorView:
 def _lease(status: GatewayStatus, operator: OperatorStatus, car: str) -> tuple[str, Tone]:
     """With the car's id: there may be several to drive."""
     if 0 < operator.lease_epoch == status.lease_epoch and status.lease_holder == operator.operator:
+        left_s = status.certificate_left_s
+        if left_s is not None and left_s < _CERTIFICATE_WARN_S:
+            return f"Lease of {car} held, certificates end in {left_s / 60:.0f} min", Tone.WARN
         return f"Lease of {car} held", Tone.GOOD
     if status.lease_holder and status.lease_holder != operator.operator:
         return f"Lease of {car} held by {status.lease_holder}", Tone.WARN
-    return f"No lease of {car}: {operator.lease_note or 'asking it'}", Tone.WARN
+    return f"No lease of {car}: {operator.lease_note or status.lease_note or 'asking it'}", Tone.WARN
 
 
 def _map(sights: Sights) -> MapView:

@@ -1,4 +1,4 @@
-"""Questions the tower asks the car, and the answers: the lease (who may ask), the numbered hand-over, the video session."""
+"""Questions the tower asks the car, and the answers: lease (who may ask), numbered hand-over, supervision, video session."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -8,6 +8,9 @@ from msgspec import Meta
 from wire.messages.base import CAMERAS_MAX, Count, Message, Name, Text, TimeNs
 from wire.messages.operating import Hmac
 
+Pem = Annotated[str, Meta(max_length=4000)]  # ours: one of ours is 800 letters, with a few hosts
+EcdsaSignature = Annotated[str, Meta(max_length=160)]  # hexadecimal DER; at most 72 bytes on P-256
+
 
 class LeaseRequest(Message):
     """Ask for the exclusive right to ask. Also how a holder renews: same operator, same session."""
@@ -15,6 +18,10 @@ class LeaseRequest(Message):
     operator: Name
     session: Name  # random per start of the cockpit: a returning tower is a new session and gets a new epoch
     sent_ns: TimeNs
+    echoed_vehicle_ns: TimeNs = 0  # vehicle clock: newest GatewayStatus known when it was asked; an old question is refused
+    echoed_boot_id: Name = ""
+    certificate: Pem = ""  # the cockpit's own
+    signature: EcdsaSignature = ""  # of all fields above under its key: wire.identity
 
 
 class LeaseReply(Message):
@@ -55,6 +62,32 @@ class HandOverReply(Message):
     outcome: Outcome
     rule: Text  # the rule that refused, with what to do; "" when granted
     lease_epoch: Count  # a grant carries the new epoch: commands with the old one are dropped from now on
+
+
+class Supervision(StrEnum):
+    REVOKE = "revoke"  # the lease ends now; its holder gets none for a while
+    ADMIT = "admit"  # he may have one again
+    RELEASE = "release"  # after three stops in ten minutes: the car may be taken over again
+
+
+class SupervisionRequest(Message):
+    """Only a supervisor asks this: signed with the key of a supervisor's certificate."""
+
+    action: Supervision
+    lease_epoch: Count  # REVOKE: of the lease that the supervisor saw; another one's is not revoked by mistake
+    operator: Name  # REVOKE: who may have it next, "" for anybody; ADMIT: who is let in again
+    reason: Annotated[str, Meta(max_length=200)]  # in words for the operator
+    stop: bool  # REVOKE: also when an operator drives, which is a safe stop
+    sent_ns: TimeNs
+    echoed_vehicle_ns: TimeNs  # vehicle clock: newest GatewayStatus known; strictly increasing, an old one is refused
+    echoed_boot_id: Name
+    certificate: Pem = ""
+    signature: EcdsaSignature = ""
+
+
+class SupervisionReply(Message):
+    done: bool
+    rule: Text  # what refused it, with what to do; "" when done
 
 
 class VideoOffer(Message):

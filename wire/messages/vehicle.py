@@ -105,6 +105,10 @@ class GatewayStatus(Message):
     cause: Text  # why the mode was entered, in words for the operator
     lease_holder: Name  # operator, "" when none
     lease_epoch: Count
+    lease_certificate: Name = ""  # of the holder: common name
+    lease_fingerprint: Name = ""  # SHA-256 of that certificate, in hexadecimal
+    certificate_left_s: Seconds | None = None  # until it expires, or the car's own; None: nobody's, or not known
+    lease_note: Text = ""  # why the last lease was taken from its holder, or what a supervisor did since; "" with a new lease
     hand_over: HandOver
     request: TakeoverRequest | None  # the open take-over request, with its reasons
     budget_remaining_s: Seconds  # of the open request; 0 when none or over

@@ -1,0 +1,149 @@
+"""Whose certificate asks: what one key signed is recognised as its certificate's, and nothing else is."""
+
+import os
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from vehicle_gateway.identity import PER_SECOND_MAX, Verifier
+from wire.authority import Pair, issue, new_authority
+from wire.certificates import CertificateError, authority_of, make
+from wire.identity import Signer, Unproven, fingerprint, proven, signer_of
+from wire.messages.session import LeaseRequest, Supervision, SupervisionRequest
+from wire.topics import Role
+
+S = 10**9
+UTC_NS = 1_790_000_000 * S  # Unix time minus the car's clock
+NOW = round(datetime.now(UTC).timestamp() * 1e9) - UTC_NS
+LEASE = LeaseRequest(operator="ann", session="s1", sent_ns=1, echoed_vehicle_ns=5, echoed_boot_id="boot")
+ORDER = SupervisionRequest(
+    action=Supervision.REVOKE,
+    lease_epoch=7,
+    operator="",
+    reason="r",
+    stop=False,
+    sent_ns=1,
+    echoed_vehicle_ns=5,
+    echoed_boot_id="boot",
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("identity") / "certificates"
+    make(made)
+    return made
+
+
+@pytest.fixture
+def verifier(folder: Path) -> Verifier:
+    return Verifier(folder, accepts_script=False, utc_minus_monotonic_ns=UTC_NS)
+
+
+def signer(pair: Pair) -> Signer:
+    return Signer(pair.key, pair.certificate)
+
+
+def test_a_cockpit_is_recognised_by_name_and_fingerprint_with_the_end_of_its_certificate(folder: Path, verifier: Verifier):
+    cockpit = signer_of(folder, Role.TOWER_HUB)
+    found = verifier.operator(cockpit.sign(LEASE), NOW)
+    assert (found.rule, found.name, found.operator) == ("", "tower-hub", "")
+    assert found.fingerprint == fingerprint(cockpit.certificate)
+    assert found.ends_ns + UTC_NS == pytest.approx(cockpit.certificate.not_valid_after_utc.timestamp() * 1e9, abs=2e9)
+
+
+def test_a_certificate_of_an_operator_s_own_is_recognised_as_his(folder: Path, verifier: Verifier):
+    ann = signer(issue("tower-hub.ann", (), authority_of(folder)))
+    assert verifier.operator(ann.sign(LEASE), NOW).operator == "ann"
+
+
+MAY = {"operator": {Role.TOWER_HUB}, "supervisor": {Role.TOWER_SUPERVISOR}}
+
+
+@pytest.mark.parametrize("role", Role)
+def test_only_cockpits_ask_for_a_lease_and_only_supervisors_give_orders(folder: Path, verifier: Verifier, role: Role):
+    anyone = signer_of(folder, role)
+    found = {"operator": verifier.operator(anyone.sign(LEASE), NOW), "supervisor": verifier.supervisor(anyone.sign(ORDER), NOW)}
+    for what, allowed in MAY.items():
+        assert (found[what].rule == "") == (role in allowed), (what, found[what].rule)
+        assert (found[what].name == "") == (role not in allowed)
+
+
+def test_a_scripted_operator_is_recognised_where_the_car_accepts_one(folder: Path):
+    lenient = Verifier(folder, accepts_script=True, utc_minus_monotonic_ns=UTC_NS)
+    assert lenient.operator(signer_of(folder, Role.TOWER_SCRIPT).sign(LEASE), NOW).rule == ""
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"operator": "eve"},
+        {"session": "s2"},
+        {"echoed_vehicle_ns": 6},
+        {"echoed_boot_id": "b"},
+        {"sent_ns": 2},
+        {"signature": ""},
+        {"signature": "zz"},
+        {"signature": "00" * 71},
+    ],
+)
+def test_nothing_of_a_signed_question_can_be_changed(folder: Path, verifier: Verifier, change: dict[str, object]):
+    signed = signer_of(folder, Role.TOWER_HUB).sign(LEASE)
+    assert verifier.operator(replace(signed, **change), NOW).rule == "the question is not signed with the key of its certificate"
+
+
+def test_a_certificate_without_its_key_a_stranger_s_and_none_at_all_are_refused(folder: Path, verifier: Verifier):
+    cockpit, window = signer_of(folder, Role.TOWER_HUB), signer_of(folder, Role.WINDOW)
+    borrowed = Signer(window.key, cockpit.certificate)
+    stranger = signer(issue("tower-hub", (), new_authority()))
+    cases = {
+        "not signed with the key": borrowed.sign(LEASE),
+        "another authority": stranger.sign(LEASE),
+        "not signed: is the tower": LEASE,
+        "cannot be read": replace(cockpit.sign(LEASE), certificate="none"),
+    }
+    for words, question in cases.items():
+        assert words in verifier.operator(question, NOW).rule
+
+
+def test_a_signature_under_a_lease_request_is_none_under_an_order(folder: Path, verifier: Verifier):
+    chief = signer_of(folder, Role.TOWER_SUPERVISOR)
+    moved = replace(ORDER, certificate=chief.sign(LEASE).certificate, signature=chief.sign(LEASE).signature)
+    assert "not signed with the key" in verifier.supervisor(moved, NOW).rule
+
+
+def test_a_certificate_is_good_to_its_last_second_and_not_before_its_first(folder: Path):
+    authority = authority_of(folder)
+    pair = issue("tower-hub", (), authority)
+    first, last = pair.certificate.not_valid_before_utc, pair.certificate.not_valid_after_utc
+    question = signer(pair).sign(LEASE)
+    for at, good in ((first - timedelta(seconds=1), False), (first, True), (last, True), (last + timedelta(seconds=1), False)):
+        if good:
+            assert proven(question, authority.certificate, at).name == "tower-hub"
+        else:
+            with pytest.raises(Unproven, match="renew it"):
+                proven(question, authority.certificate, at)
+
+
+def test_a_flood_of_questions_is_refused_without_looking_and_the_next_second_is_another(folder: Path, verifier: Verifier):
+    question = signer_of(folder, Role.TOWER_HUB).sign(LEASE)
+    rules = [verifier.operator(question, NOW).rule for _ in range(PER_SECOND_MAX + 20)]
+    assert [rule == "" for rule in rules] == [True] * PER_SECOND_MAX + [False] * 20
+    assert verifier.operator(question, NOW + S).rule == ""
+
+
+def test_a_signer_whose_key_is_missing_damaged_or_open_to_others_is_refused(folder: Path, tmp_path: Path):
+    with pytest.raises(CertificateError, match=r"tower-supervisor.key: cannot be used"):
+        signer_of(tmp_path, Role.TOWER_SUPERVISOR)
+    for end in ("key", "pem"):
+        (tmp_path / f"window.{end}").write_bytes((folder / f"window.{end}").read_bytes())
+    os.chmod(tmp_path / "window.key", 0o644)
+    with pytest.raises(CertificateError, match="chmod 600"):
+        signer_of(tmp_path, Role.WINDOW)
+    os.chmod(tmp_path / "window.key", 0o600)
+    signer_of(tmp_path, Role.WINDOW)
+    (tmp_path / "window.key").write_bytes((folder / "video.key").read_bytes())
+    with pytest.raises(CertificateError, match="does not belong"):
+        signer_of(tmp_path, Role.WINDOW)
