@@ -1,5 +1,7 @@
 """The programs of the tower, by name: `application` below. Each imports only what it runs."""
 
+import re
+from datetime import timedelta
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +26,8 @@ Connect = Annotated[list[str] | None, typer.Option(help="Dial the car there: HOS
 Listen = Annotated[list[str] | None, typer.Option(help="Wait there for the car to dial: HOST:PORT, or 0.0.0.0:PORT.")]
 Folder = Annotated[str, typer.Option(help="Where certificates are kept; the configuration's folder by default.")]
 Hosts = Annotated[list[str] | None, typer.Option(help="A name or address under which that machine is dialled; may be repeated.")]
+ValidDays = Annotated[int, typer.Option(min=0, max=730, help="For how many days they are valid; 90 by default.")]
+ValidHours = Annotated[int, typer.Option(min=0, max=17520, help="And for how many hours.")]
 DEFAULT = shipped("simulated.toml")
 
 
@@ -126,12 +130,15 @@ def make_certificates(
     folder: Folder = "",
     renew: Annotated[bool, typer.Option(help="Make new ones, and a new authority: what the old one issued ends here.")] = False,
     host: Hosts = None,
+    valid_days: ValidDays = 0,
+    valid_hours: ValidHours = 0,
 ) -> None:
-    """Make a local authority and one certificate for each role; export them to another machine; import them there."""
+    """Make a local authority and one certificate for each role; export them to another machine; import them there; revoke."""
     from tower.certificates import make
 
+    valid = timedelta(days=valid_days, hours=valid_hours) or None
     if context.invoked_subcommand is None:
-        raise typer.Exit(run_until_stopped(lambda path, _: make(path, folder, renew, tuple(host or ())), config))
+        raise typer.Exit(run_until_stopped(lambda path, _: make(path, folder, renew, tuple(host or ()), valid), config))
 
 
 @certificates.command("export")
@@ -144,13 +151,22 @@ def export_certificates(
     host: Hosts = None,
     simulated: Annotated[bool, typer.Option("--simulated", help="Also the simulated world's, or the scripted operator's.")] = False,
     supervisor: Annotated[bool, typer.Option("--supervisor", help="For a tower: also the supervisor's own.")] = False,
+    person: Annotated[
+        str, typer.Option(help="For a tower: certificates of this person's own ([wire.link] operators, supervisors).")
+    ] = "",
+    valid_days: ValidDays = 0,
+    valid_hours: ValidHours = 0,
 ) -> None:
     """Write certificates for another machine into one file: what that site needs, never the authority's key."""
     from tower.certificates import Wanted, export
+    from wire.authority import VALID
 
     if bool(vehicle) == tower:
         raise typer.BadParameter("for whom? add --vehicle ID or --tower")
-    wanted = Wanted(vehicle, tuple(host or ()), simulated, supervisor)
+    if person and not re.fullmatch("[a-z0-9-]{1,40}", person):
+        raise typer.BadParameter("--person: small letters, digits and hyphens")
+    valid = timedelta(days=valid_days, hours=valid_hours) or VALID
+    wanted = Wanted(vehicle, tuple(host or ()), simulated, supervisor, person, valid)
     raise typer.Exit(run_until_stopped(lambda path, _: export(path, folder, file, wanted), config))
 
 
@@ -161,10 +177,34 @@ def import_certificates(
     folder: Folder = "",
     replace: Annotated[bool, typer.Option("--replace", help="Remove certificates of another authority first.")] = False,
 ) -> None:
-    """Take the certificates of a bundle into this machine's folder."""
+    """Take the certificates of a bundle, or a list of revoked ones, into this machine's folder."""
     from tower.certificates import take
 
     raise typer.Exit(run_until_stopped(lambda path, _: take(path, folder, file, replace), config))
+
+
+@certificates.command("revoke")
+def revoke_certificate(
+    name: Annotated[str, typer.Argument(help="As it was issued: tower-hub.ann, video.car-1, window.")],
+    config: Config = DEFAULT,
+    folder: Folder = "",
+) -> None:
+    """Everything that was issued under this name is worth nothing from now on; where the authority is."""
+    from tower.certificates import revoke
+
+    raise typer.Exit(run_until_stopped(lambda path, _: revoke(path, folder, name), config))
+
+
+@certificates.command("revoked")
+def revoked_certificates(
+    config: Config = DEFAULT,
+    folder: Folder = "",
+    export: Annotated[Path | None, typer.Option(help="Write the list into this file, for other machines.")] = None,
+) -> None:
+    """What is revoked, as far as it was told here."""
+    from tower.certificates import show_revoked
+
+    raise typer.Exit(run_until_stopped(lambda path, _: show_revoked(path, folder, export), config))
 
 
 @supervise.callback(invoke_without_command=True)

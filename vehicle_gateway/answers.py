@@ -7,7 +7,7 @@ from vehicle_gateway.hand_over import TakeView, refuse_hand_back, refuse_take
 from vehicle_gateway.identity import Identity
 from vehicle_gateway.lease import ECHO_AGE_MAX_NS, NOBODY, refuse_asker, renew_epoch, request_lease
 from vehicle_gateway.measure import NEVER_MS, picture_ms
-from vehicle_gateway.state import GatewayLimits, State
+from vehicle_gateway.state import GatewayLimits, Inputs, State
 from vehicle_gateway.supervision import end_with_certificate, refuse_barred
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
@@ -17,19 +17,14 @@ IN_USE = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
 CAMERA_STATUS_AGE_MAX_NS = 1_500_000_000  # told at 5 Hz: seven missed
 
 
-def answer_leases(
-    state: State, requests: tuple[LeaseRequest, ...], now_ns: int, operators: tuple[Identity, ...] = ()
-) -> tuple[State, tuple[Event, ...], tuple[LeaseReply, ...]]:
-    """The state, the event of a lease that ends with its holder's certificate, and a reply for each request in order.
-
-    operators  who asks, one for each request
-    """
-    replies = []
-    for request, identity in zip(requests, operators or (NOBODY,) * len(requests), strict=True):
+def answer_leases(state: State, inputs: Inputs, now_ns: int) -> tuple[State, tuple[Event, ...], tuple[LeaseReply, ...]]:
+    """The state, the event of a lease that ends with its holder's certificate, and a reply for each request in order."""
+    requests, replies = inputs.lease_requests, []
+    for request, identity in zip(requests, inputs.operators or (NOBODY,) * len(requests), strict=True):
         state, rule = _answer_lease(state, request, identity, now_ns)
         epoch = 0 if rule else state.lease.epoch
         replies.append(LeaseReply(granted=not rule, epoch=epoch, key_hex="", rule=rule, boot_id=state.boot_id))
-    ended, events = end_with_certificate(state, now_ns)
+    ended, events = end_with_certificate(state, inputs.holder_revoked, now_ns)
     return ended, events, tuple(replies)
 
 

@@ -37,7 +37,7 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
     before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns, vehicle, limits)
     measured = measure(before, now_ns, dt_s, vehicle, limits)
     supervised, ordered, supervision_replies = supervise(measured, inputs, now_ns)
-    leased, ended, lease_replies = answer_leases(supervised, inputs.lease_requests, now_ns, inputs.operators)
+    leased, ended, lease_replies = answer_leases(supervised, inputs, now_ns)
     asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)
     decided, events = decide(
         asked,

@@ -28,7 +28,6 @@ from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file
 from vehicle_gateway.reports import newest_command_ns, status_of, vehicle_state_of
 from vehicle_gateway.settings import VehicleGatewaySettings, refuse_on_a_road
 from vehicle_gateway.state import Inputs, Outputs, State, initial_state
-from wire.certificates import folder_of
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
@@ -66,8 +65,11 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     remembered = recall(file)
     clock = Clock()
     boot_id = secrets.token_hex(8)
-    with Memory(file) as memory, open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True) as link:
-        verifier = Verifier(folder_of(link_settings.certificates), link_settings.accepts_script, utc_minus_monotonic_ns())
+    with (
+        Memory(file) as memory,
+        open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True) as link,
+        Verifier(link_settings, utc_minus_monotonic_ns()) as verifier,
+    ):
         inbox = Inbox(link, boot_id, verifier, clock, car)
         with (
             Journal(link, sections["vehicle"], settings.limits) as journal,
@@ -153,7 +155,7 @@ class Gateway:
         return now_ns, now_ns + DEADLINE_NS
 
     def _cycle(self, now_ns: int) -> None:
-        inputs, replies = self._inbox.take()
+        inputs, replies = self._inbox.take(self.state.lease.certificate)
         before = self.state
         self.state, outputs = step(before, inputs, now_ns, self._vehicle, self._limits)
         if outputs.send:

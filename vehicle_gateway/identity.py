@@ -4,17 +4,23 @@ Only finds out; whether he gets what he asks for is decided in the cycle, which 
 The end of a certificate is told on the car's own clock by the wall clock at start: a step of that one while driving ends nothing.
 """
 
+import logging
+import threading
 from datetime import UTC, datetime
-from pathlib import Path
 
 from cryptography import x509
 
-from wire.certificates import AUTHORITY, earliest_end
+from wire.access import Names, admitted
+from wire.certificates import AUTHORITY, CertificateError, earliest_end, folder_of, revocations_of
 from wire.identity import Proven, Unproven, proven
 from wire.messages.base import Message, Name, Text, TimeNs
 from wire.messages.session import LeaseRequest, SupervisionRequest
-from wire.topics import Role, operator_of, role_of
+from wire.revocation import Revocations
+from wire.settings import LinkSettings
+from wire.topics import Role, owner_of
 
+log = logging.getLogger(__name__)
+LOOK_S = 1.0  # how often the list of revoked certificates is looked at
 PER_SECOND_MAX = 50  # ours: a signature costs a third of a millisecond to check; two towers ask twice a second
 
 
@@ -29,36 +35,73 @@ class Identity(Message):
 
 
 class Verifier:
-    """Recognises those who may ask this car."""
+    """Recognises those who may ask this car; a context in which a thread of its own looks at the list of the revoked."""
 
-    def __init__(self, folder: Path, accepts_script: bool, utc_minus_monotonic_ns: int) -> None:
-        """folder: of the car's certificates."""
-        self._authority = x509.load_pem_x509_certificate((folder / f"{AUTHORITY}.pem").read_bytes())
-        self._operators = frozenset({Role.TOWER_HUB} | ({Role.TOWER_SCRIPT} if accepts_script else set()))
+    def __init__(self, settings: LinkSettings, utc_minus_monotonic_ns: int) -> None:
+        """Raises CertificateError."""
+        self._settings, self._folder = settings, folder_of(settings.certificates)
+        self._authority = x509.load_pem_x509_certificate((self._folder / f"{AUTHORITY}.pem").read_bytes())
+        self._operators = (Role.TOWER_HUB, Role.TOWER_SCRIPT) if settings.accepts_script else (Role.TOWER_HUB,)
+        self._own_end = earliest_end(self._folder)  # at its end the tower cuts the link as well
         self._utc_ns = utc_minus_monotonic_ns
-        self._own_end = earliest_end(folder)  # at its end the tower cuts the link as well
         self._second = self._count = 0
+        self._revoked = revocations_of(self._folder)
+        self._names: Names = admitted(settings, self._revoked)
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="revocations", daemon=True)
+
+    def __enter__(self) -> "Verifier":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end.set()
+        self._thread.join(timeout=LOOK_S)
 
     def operator(self, request: LeaseRequest, now_ns: int) -> Identity:
         return self._identity(request, self._operators, now_ns)
 
     def supervisor(self, request: SupervisionRequest, now_ns: int) -> Identity:
-        return self._identity(request, frozenset({Role.TOWER_SUPERVISOR}), now_ns)
+        return self._identity(request, (Role.TOWER_SUPERVISOR,), now_ns)
 
-    def _identity(self, question: LeaseRequest | SupervisionRequest, roles: frozenset[Role], now_ns: int) -> Identity:
+    def is_revoked(self, common_name: str) -> bool:
+        """Whether this certificate is worth nothing any more, as far as was told here."""
+        return self._revoked.is_revoked(common_name)
+
+    def look(self) -> None:
+        """Read the list again; one that cannot be read changes nothing."""
+        try:
+            revoked = revocations_of(self._folder)
+        except CertificateError as error:
+            log.warning("%s", error)
+            return
+        if revoked.number > self._revoked.number:
+            self._take(revoked)
+
+    def _take(self, revoked: Revocations) -> None:
+        self._names, self._revoked = admitted(self._settings, revoked), revoked
+        log.warning("certificates revoked: %s; hubs refuse them from their next start on", ", ".join(sorted(revoked.generations)))
+
+    def _watch(self) -> None:
+        while not self._end.wait(LOOK_S):
+            self.look()
+
+    def _identity(self, question: LeaseRequest | SupervisionRequest, roles: tuple[Role, ...], now_ns: int) -> Identity:
         if not self._has_time(now_ns):
             return Identity(rule="too many questions at once: ask again")
         try:
             asker = proven(question, self._authority, datetime.fromtimestamp((now_ns + self._utc_ns) / 1e9, UTC))
         except Unproven as error:
             return Identity(rule=str(error))
-        if role_of(asker.name) not in roles:
+        if self.is_revoked(asker.name):
+            return Identity(rule=f"the certificate of {asker.name} was revoked: import a new one")
+        if not any(asker.name in self._names(role, self._settings.vehicle_id) for role in roles):
             return Identity(rule=f"the certificate of {asker.name} may not ask this")
         return self._of(asker)
 
     def _of(self, asker: Proven) -> Identity:
         ends_ns = round(min(asker.ends, self._own_end).timestamp() * 1e9) - self._utc_ns
-        return Identity(name=asker.name, operator=operator_of(asker.name), fingerprint=asker.fingerprint, ends_ns=max(ends_ns, 1))
+        return Identity(name=asker.name, operator=owner_of(asker.name), fingerprint=asker.fingerprint, ends_ns=max(ends_ns, 1))
 
     def _has_time(self, now_ns: int) -> bool:
         """Questions come over the link, and their signatures must not cost the loop its time."""

@@ -44,6 +44,8 @@ class Recognises(Protocol):
 
     def supervisor(self, request: SupervisionRequest, now_ns: int) -> Identity: ...
 
+    def is_revoked(self, common_name: str) -> bool: ...
+
 
 class Replies(NamedTuple):
     """How to answer the questions in the inputs, in their order."""
@@ -137,8 +139,8 @@ class Inbox:
         self._hand_overs.put((request, reply), 0)
         self.wake.set()
 
-    def take(self) -> tuple[Inputs, Replies]:
-        """What arrived since the last call, and how to answer the questions in it."""
+    def take(self, holder_certificate: str) -> tuple[Inputs, Replies]:
+        """What arrived since the last call, and how to answer the questions in it. Of the lease's holder: whether he still may."""
         leases = [item.message for item in self._leases.drain()]
         hand_overs = [item.message for item in self._hand_overs.drain()]
         supervisions = [item.message for item in self._supervisions.drain()]
@@ -156,6 +158,7 @@ class Inbox:
             lease_requests=tuple(request for request, _, _ in leases),
             operators=tuple(identity for _, identity, _ in leases),
             hand_over_requests=tuple(request for request, _ in hand_overs),
+            holder_revoked=self._verifier.is_revoked(holder_certificate),
             supervision_requests=tuple(request for request, _, _ in supervisions),
             supervisors=tuple(identity for _, identity, _ in supervisions),
         )

@@ -76,6 +76,7 @@ class Inputs(Message):
     lease_requests: tuple[LeaseRequest, ...] = ()
     hand_over_requests: tuple[HandOverRequest, ...] = ()
     operators: tuple[Identity, ...] = ()  # who asks for the lease, one for each request; () in recordings from before
+    holder_revoked: bool = False  # the certificate of the lease's holder is on the list of the revoked
     supervision_requests: tuple[SupervisionRequest, ...] = ()
     supervisors: tuple[Identity, ...] = ()  # one for each
 

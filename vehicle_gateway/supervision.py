@@ -1,4 +1,5 @@
-"""What takes a lease away from its holder: a supervisor, or the end of his certificate. And what else a supervisor may. Pure.
+"""What takes a lease away from its holder: a supervisor, or the end of his
+certificate. And what else a supervisor may. Pure.
 
 A supervisor never drives and never holds a lease. To take the lease of a driving operator is a SAFE_STOP (the authority makes it
 one: the driving source is lost), and he has to say that he means it. Who receives only is no driver yet: the hand-over is aborted.
@@ -33,12 +34,14 @@ def supervise(state: State, inputs: Inputs, now_ns: int) -> tuple[State, tuple[E
     return state, events, tuple(replies)
 
 
-def end_with_certificate(state: State, now_ns: int) -> Told:
-    """A lease ends shortly before the certificate that it was granted to."""
-    ends_ns = state.lease.ends_ns
-    if not state.lease.holder or not ends_ns or now_ns < ends_ns - EXPIRY_MARGIN_NS:
-        return state, ()
-    return withdraw(state, f"the certificate of {state.lease.holder} expires, or the car's")
+def end_with_certificate(state: State, revoked: bool, now_ns: int) -> Told:
+    """A lease ends shortly before the certificate that it was granted to, or as soon as that is revoked."""
+    lease = state.lease
+    if lease.holder and revoked:
+        return withdraw(state, f"the certificate of {lease.holder} was revoked")
+    if lease.holder and lease.ends_ns and now_ns >= lease.ends_ns - EXPIRY_MARGIN_NS:
+        return withdraw(state, f"the certificate of {lease.holder} expires, or the car's")
+    return state, ()
 
 
 def withdraw(state: State, note: str) -> Told:

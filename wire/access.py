@@ -5,20 +5,40 @@ A supervisor may come to the car without a tower's hub, and is nobody but himsel
 from each only what concerns that car.
 """
 
+from collections.abc import Callable
 from itertools import product
 from typing import Any
 
+from wire.revocation import NOTHING, Revocations
+from wire.settings import LinkSettings
 from wire.topics import CAR, COCKPITS, QUERIES, TOPICS, TOWER, Role, certificate_names, key
 
 _HUBS = {"car": frozenset({Role.VEHICLE_HUB}), "tower": COCKPITS}
 _GUESTS = {"car": frozenset[Role](), "tower": frozenset({Role.TOWER_SUPERVISOR})}  # dial the other site themselves, for themselves
 
 
-def access_control(vehicle_ids: tuple[str, ...], site: str, accepts_script: bool) -> dict[str, Any]:
+Names = Callable[[Role, str], tuple[str, ...]]
+
+
+def admitted(settings: LinkSettings, revoked: Revocations = NOTHING) -> Names:
+    """Under which common names a role may come for a vehicle: of persons only those who are named, and nothing revoked."""
+    persons = {Role.TOWER_HUB: settings.operators, Role.TOWER_SUPERVISOR: settings.supervisors}
+
+    def names(role: Role, vehicle_id: str) -> tuple[str, ...]:
+        own = tuple(f"{role}.{person}" for person in persons.get(role, ()))
+        return tuple(revoked.current(name) for name in own or certificate_names(role, vehicle_id))
+
+    return names
+
+
+def access_control(
+    vehicle_ids: tuple[str, ...], site: str, accepts_script: bool, names: Names = certificate_names
+) -> dict[str, Any]:
     """Zenoh's `access_control` for the hub of `site` ("car" or "tower").
 
     vehicle_ids     the car itself, or every car that the tower may see
     accepts_script  whether a tower with the scripted operator's certificate may come in at the car's hub
+    names           common names of the certificates that a role may come with
     """
     home, far_site = (CAR, "tower") if site == "car" else (TOWER, "car")
     far_hubs = {role for role in _HUBS[far_site] if accepts_script or role is not Role.TOWER_SCRIPT}
@@ -31,7 +51,7 @@ def access_control(vehicle_ids: tuple[str, ...], site: str, accepts_script: bool
         own = _rules_of(vehicle_id, role, speaks_for, crossing_only=role in far)
         subject = f"{role} {vehicle_id}"
         rules += own
-        subjects.append({"id": subject, "cert_common_names": list(certificate_names(role, vehicle_id))})
+        subjects.append({"id": subject, "cert_common_names": list(names(role, vehicle_id))})
         policies.append({"rules": [rule["id"] for rule in own], "subjects": [subject]})
     return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}
 

@@ -10,8 +10,9 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-VALID_DAYS = 90  # ours: long enough for a study, short enough to be renewed
-AUTHORITY_DAYS = 730  # ours: what was carried to another machine is renewed without meeting the others again
+VALID = timedelta(days=90)  # ours: long enough for a study, short enough to be renewed
+AUTHORITY_VALID = timedelta(days=730)  # ours: what was carried to another machine is renewed without meeting the others again
+BACKDATED = timedelta(days=1)  # the other machine's clock may be behind
 LOCAL_HOSTS = ("localhost", "127.0.0.1")
 _NAME = "remote operation tower authority"
 
@@ -45,7 +46,7 @@ def read_pair(key_pem: bytes, certificate_pem: bytes) -> Pair:
 def new_authority() -> Pair:
     key = ec.generate_private_key(ec.SECP256R1())
     certificate = (
-        _builder(_NAME, _name(_NAME), key, AUTHORITY_DAYS)
+        _builder(_NAME, _name(_NAME), key, datetime.now(UTC) + AUTHORITY_VALID)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
         .add_extension(_certificate_signing(), critical=True)
@@ -54,16 +55,18 @@ def new_authority() -> Pair:
     return Pair(key, certificate)
 
 
-def issue(common_name: str, hosts: tuple[str, ...], authority: Pair, days: int = VALID_DAYS) -> Pair:
+def issue(common_name: str, hosts: tuple[str, ...], authority: Pair, valid: timedelta = VALID) -> Pair:
     """A certificate for whoever listens or dials under this name.
 
     hosts  names and addresses under which it is dialled, besides this machine itself
+    valid  from now on; never longer than the authority itself
     """
     key = ec.generate_private_key(ec.SECP256R1())
     both = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]  # either side may dial
+    ends = min(datetime.now(UTC) + valid, authority.certificate.not_valid_after_utc)
     names = x509.SubjectAlternativeName([_general_name(host) for host in dict.fromkeys((*LOCAL_HOSTS, *hosts))])
     certificate = (
-        _builder(common_name, authority.certificate.subject, key, days)
+        _builder(common_name, authority.certificate.subject, key, ends)
         .add_extension(names, critical=False)
         .add_extension(x509.ExtendedKeyUsage(both), critical=False)
         .add_extension(x509.AuthorityKeyIdentifier.from_issuer_public_key(authority.key.public_key()), critical=False)
@@ -94,16 +97,20 @@ def is_issued_by(certificate: x509.Certificate, authority: x509.Certificate) -> 
     return True
 
 
-def _builder(subject: str, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, days: int) -> x509.CertificateBuilder:
-    now = datetime.now(UTC)
+def life_of(certificate: x509.Certificate) -> timedelta:
+    """For how long it was issued."""
+    return certificate.not_valid_after_utc - certificate.not_valid_before_utc - BACKDATED
+
+
+def _builder(subject: str, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, ends: datetime) -> x509.CertificateBuilder:
     return (
         x509.CertificateBuilder()
         .subject_name(_name(subject))
         .issuer_name(issuer)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - timedelta(days=1))  # the other machine's clock may be behind
-        .not_valid_after(now + timedelta(days=days))
+        .not_valid_before(datetime.now(UTC) - BACKDATED)
+        .not_valid_after(ends)
     )
 
 

@@ -12,11 +12,15 @@ from tempfile import TemporaryDirectory
 
 from cryptography import x509
 
-from wire.authority import VALID_DAYS, Pair, common_name, hosts_of, is_issued_by, issue, new_authority, read_pair
+from wire.authority import VALID, Pair, common_name, hosts_of, is_issued_by, issue, life_of, new_authority, read_pair
+from wire.messages.base import encode
 from wire.private_file import refusal
-from wire.topics import Role, certificate_names
+from wire.revocation import NOTHING, Revocations, read_revocations, with_revoked
+from wire.topics import CAR, Role, certificate_names, role_of
 
 AUTHORITY = "authority"
+REVOKED = "revoked.json"
+RENEW_BEFORE = timedelta(days=1)  # ours: of what lives long; of what lives shorter than four days a quarter
 MAKE = "make them with: tower certificates"
 IMPORT = "import a bundle with: tower certificates import FILE"
 
@@ -62,6 +66,8 @@ def check(folder: Path, role: Role, vehicle_id: str) -> None:
     authority, own = _load(folder / f"{AUTHORITY}.pem"), _load(folder / f"{role}.pem")
     now = datetime.now(UTC)
     names = certificate_names(role, vehicle_id)
+    name = common_name(own).partition("~")[0]
+    fits = name in names or (role not in CAR and role_of(name) is role)  # a person's own
     problems = (
         (not is_issued_by(own, authority), "was issued by another authority than authority.pem beside it"),
         (now > own.not_valid_after_utc, f"expired on {own.not_valid_after_utc:%Y-%m-%d}"),
@@ -70,7 +76,8 @@ def check(folder: Path, role: Role, vehicle_id: str) -> None:
             f"is worth nothing: its authority expired on {authority.not_valid_after_utc:%Y-%m-%d}",
         ),
         (now < own.not_valid_before_utc, f"is valid from {own.not_valid_before_utc:%Y-%m-%d} on: is this machine's clock right?"),
-        (common_name(own) not in names, f"was issued for {common_name(own)}, not for {names[-1]}: see [wire.link] vehicle_id"),
+        (revocations_of(folder).is_revoked(common_name(own)), "was revoked"),
+        (not fits, f"was issued for {common_name(own)}, not for {names[-1]}: see [wire.link] vehicle_id"),
     )
     for wrong, words in problems:
         if wrong:
@@ -83,21 +90,24 @@ def unnamed(folder: Path, role: Role, hosts: tuple[str, ...]) -> tuple[str, ...]
     return tuple(host for host in hosts if host.strip("[]") not in named)
 
 
-def ensure(folder: Path, hosts: tuple[str, ...] = ()) -> bool:
-    """Make what is needed if the folder is empty, incomplete or within a day of expiry. True when something was made.
+def ensure(folder: Path, hosts: tuple[str, ...] = (), valid: timedelta | None = None) -> bool:
+    """Make what is needed if the folder is empty, incomplete or close to expiry. True when something was made.
 
     hosts  names and addresses under which this machine is dialled from another, besides those it has already
+    valid  for how long, if it is to be another time than before
     What was imported stays as it is. The authority stays the same as long as it lasts.
     """
     if is_imported(folder):
         return False
     known = _hosts(folder)
     wanted = tuple(dict.fromkeys((*known, *hosts)))
-    lasts = not missing(folder) and earliest_end(folder) > datetime.now(UTC) + timedelta(days=1)
-    if lasts and wanted == known:
+    before = _life(folder)
+    life = valid or before
+    lasts = not missing(folder) and earliest_end(folder) > datetime.now(UTC) + min(RENEW_BEFORE, life / 4)
+    if lasts and wanted == known and abs(life - before) < timedelta(seconds=2):
         return False
-    authority = _lasting_authority(folder)
-    _fill(folder, authority or new_authority(), wanted)
+    authority = _lasting_authority(folder, life)
+    _fill(folder, authority or new_authority(), wanted, life)
     return True
 
 
@@ -121,14 +131,61 @@ def make_if_none(folder: Path) -> bool:
     return True
 
 
-def make(folder: Path, hosts: tuple[str, ...] = ()) -> None:
+def make(folder: Path, hosts: tuple[str, ...] = (), valid: timedelta = VALID) -> None:
     """A new authority and a certificate for every role: whatever the old one issued is worth nothing to these.
 
     Raises CertificateError when the folder cannot be written or was imported.
     """
     if is_imported(folder):
         raise CertificateError(f"{folder}: imported, nothing can be issued here; renew where the authority is, and {IMPORT}")
-    _fill(folder, new_authority(), tuple(dict.fromkeys((*_hosts(folder), *hosts))))
+    _fill(folder, new_authority(), tuple(dict.fromkeys((*_hosts(folder), *hosts))), valid)
+
+
+def revocations_of(folder: Path) -> Revocations:
+    """What is revoked, as far as it was told here. Raises CertificateError when the list is not of the folder's authority."""
+    file = folder / REVOKED
+    try:
+        return read_revocations(file.read_bytes(), _load(folder / f"{AUTHORITY}.pem"))
+    except FileNotFoundError:
+        return NOTHING
+    except (OSError, ValueError) as error:
+        raise CertificateError(f"{file}: {error}; export the list again where the authority is, and import it") from None
+
+
+def revoke(folder: Path, name: str) -> Revocations:
+    """Everything that was issued under this name is worth nothing where the list comes to. Raises CertificateError.
+
+    name  with the car's id or the person's: video.car-1, tower-hub.ann. Here the name's next certificate is made at once.
+    """
+    authority, known = authority_of(folder), revocations_of(folder)
+    name = name.partition("~")[0]
+    if role_of(name) is None:
+        raise CertificateError(f"{name}: no name of a certificate; they begin with one of: {', '.join(Role)}")
+    revoked = with_revoked(known, name, authority)
+    write_revocations(folder, revoked)
+    own = folder / f"{name}.pem"
+    if own.is_file() and revoked.is_revoked(common_name(_load(own))):
+        issued = issue(revoked.current(name), _hosts(folder), authority, life_of(_load(own)))
+        write_pem(folder, name, issued.key_pem, issued.certificate_pem)
+    return revoked
+
+
+def write_revocations(folder: Path, revoked: Revocations) -> None:
+    """Whole or not at all: a running gateway may look at any moment. Raises CertificateError."""
+    new = folder / f"{REVOKED}.new"
+    try:
+        new.write_bytes(encode(revoked))
+        new.replace(folder / REVOKED)
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+
+
+def take_revocations(folder: Path, revoked: Revocations) -> bool:
+    """A list from elsewhere, unless this folder knows a newer one. Whether it was taken."""
+    if revoked.number <= revocations_of(folder).number:
+        return False
+    write_revocations(folder, revoked)
+    return True
 
 
 def authority_of(folder: Path) -> Pair:
@@ -186,27 +243,46 @@ def _hosts(folder: Path) -> tuple[str, ...]:
         return ()
 
 
-def _lasting_authority(folder: Path) -> Pair | None:
+def _life(folder: Path) -> timedelta:
+    """For how long what is there was made; the usual time when there is none."""
+    try:
+        return life_of(_load(folder / f"{Role.TOWER_HUB}.pem"))
+    except CertificateError:
+        return VALID
+
+
+def _lasting_authority(folder: Path, valid: timedelta) -> Pair | None:
     """The authority of the folder while it outlives what it would issue; None when a new one is due."""
     try:
         authority = authority_of(folder)
     except CertificateError:
         return None
-    lasts = authority.certificate.not_valid_after_utc > datetime.now(UTC) + timedelta(days=VALID_DAYS)
+    lasts = authority.certificate.not_valid_after_utc > datetime.now(UTC) + valid
     return authority if lasts else None
 
 
-def _fill(folder: Path, authority: Pair, hosts: tuple[str, ...]) -> None:
+def _fill(folder: Path, authority: Pair, hosts: tuple[str, ...], valid: timedelta) -> None:
+    revoked = _known_revocations(folder, authority)
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         write_pem(folder, AUTHORITY, authority.key_pem, authority.certificate_pem)
+        if revoked == NOTHING:
+            (folder / REVOKED).unlink(missing_ok=True)  # another authority's: all that one issued is worth nothing
         for role in Role:
-            issued = issue(role, hosts, authority)
+            issued = issue(revoked.current(role), hosts, authority, valid)
             write_pem(folder, role, issued.key_pem, issued.certificate_pem)
     except OSError as error:
         raise _unwritable(folder, error) from None
     except ValueError as error:
         raise CertificateError(f"--host {' '.join(hosts)}: neither names nor addresses: {error}") from None
+
+
+def _known_revocations(folder: Path, authority: Pair) -> Revocations:
+    """Those of this authority; another's list says nothing about what it issues."""
+    try:
+        return read_revocations((folder / REVOKED).read_bytes(), authority.certificate)
+    except (OSError, ValueError):
+        return NOTHING
 
 
 def _unwritable(folder: Path, error: OSError) -> CertificateError:

@@ -10,6 +10,7 @@ from wire.messages.base import DurationNs, Message, Name, Text
 
 Address = Annotated[str, Meta(max_length=300)]  # host:port, UDP, or quic/host:port; checked by wire.endpoint
 VehicleId = Annotated[str, Meta(pattern=r"^[a-z0-9-]{1,40}$")]
+Person = Annotated[str, Meta(pattern=r"^[a-z0-9-]{1,40}$")]
 
 
 class FleetVehicle(Message):
@@ -31,6 +32,8 @@ class LinkSettings(Message):
     listen: tuple[Address, ...] = ()  # another machine: where this site's hub waits for the other site's, besides
     fleet: tuple[FleetVehicle, ...] = ()  # tower only: the cars to choose from, besides `vehicle_id`
     certificates: Text = ""  # folder; "" is the user's: ~/.local/share/remote-operation-tower/certificates
+    operators: tuple[Person, ...] = ()  # in the car: only these, each with a certificate of his own; (): whoever has the tower's
+    supervisors: tuple[Person, ...] = ()  # on both sites: only these, likewise
     accepts_script: bool = False  # whether this car's hub lets a scripted operator in; a real car's must not
     lease_ms: Annotated[int, Meta(ge=200, le=60000)] = 1000  # of the transport, for the screen; never the watchdog
 

@@ -58,13 +58,13 @@ def certificate_names(role: Role, vehicle_id: str) -> tuple[str, ...]:
 
 def role_of(common_name: str) -> Role | None:
     """The role that a certificate of this name may come as; None for a name that is none of ours."""
-    bare = common_name.partition(".")[0]
+    bare = common_name.partition("~")[0].partition(".")[0]
     return Role(bare) if bare in list(Role) else None
 
 
-def operator_of(common_name: str) -> str:
+def owner_of(common_name: str) -> str:
     """Whose own certificate a tower's is: "ann" of tower-hub.ann; "" of one that everybody at that tower uses."""
-    return common_name.partition(".")[2]
+    return common_name.partition("~")[0].partition(".")[2]
 
 
 class Travel(StrEnum):

@@ -5,13 +5,15 @@ Facts and measurements behind the settings: ARCHITECTURE.md, "The link". Nothing
 
 import json
 import logging
+from pathlib import Path
 from typing import Any
 
 import zenoh
 
 from wire import certificates
-from wire.access import access_control
+from wire.access import access_control, admitted
 from wire.endpoint import EVERYWHERE
+from wire.revocation import Revocations
 from wire.settings import LinkSettings
 from wire.site import dialled, listened, own_hub, site_of, vehicles
 from wire.topics import Role
@@ -45,7 +47,8 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool, waits: 
     }
     if hub:
         entries["listen/endpoints"] = [each.zenoh for each in listened(settings, site)] if waits else []
-        entries["access_control"] = access_control(vehicles(settings, site), site, settings.accepts_script)
+        names = admitted(settings, revoked(folder))
+        entries["access_control"] = access_control(vehicles(settings, site), site, settings.accepts_script, names)
         entries["connect/endpoints"] = [each.zenoh for each in dialled(settings, site)]
         entries["connect/timeout_ms"] = -1  # in the background, for ever; 0 would be one attempt
         entries["connect/exit_on_failure"] = False
@@ -58,6 +61,14 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool, waits: 
     for name, value in entries.items():
         configuration.insert_json5(name, json.dumps(value))
     return configuration
+
+
+def revoked(folder: Path) -> Revocations:
+    """What the authority has revoked, as far as it was told here. Raises LinkError when the list is not the authority's."""
+    try:
+        return certificates.revocations_of(folder)
+    except certificates.CertificateError as error:
+        raise LinkError(str(error)) from None
 
 
 def tls_of(settings: LinkSettings, role: Role) -> dict[str, Any]:

@@ -156,3 +156,17 @@ def test_a_car_that_is_not_configured_is_named_with_those_that_are(site: Site):
 
 def test_a_car_that_was_not_heard_is_a_line_that_says_so():
     assert cells(Seen(CAR, None, None), 0)[:2] == (CAR, "not there")
+
+
+def test_a_certificate_that_is_revoked_while_the_gateway_runs_loses_its_lease_within_two_looks(site: Site):
+    """Last: from here on the tower's old certificate is worth nothing."""
+    old = signer_of(site.folder, Role.TOWER_HUB)
+    until(lambda: site.ask_lease("bob").granted)
+    certificates.revoke(site.folder, "tower-hub")
+    until(lambda: site.status.lease_note == "the certificate of bob was revoked")
+    assert site.status.lease_holder == ""
+    told = {"echoed_vehicle_ns": site.status.stamp_ns, "echoed_boot_id": site.status.boot_id}
+    question = old.sign(LeaseRequest(operator="bob", session="of bob", sent_ns=1, **told))
+    assert "was revoked" in until(lambda: site.tower.ask("lease", question, 0.5)).rule
+    assert until(lambda: site.ask_lease("bob")).granted, "with the new certificate he may"
+    assert site.status.lease_certificate in ("", "tower-hub~1")

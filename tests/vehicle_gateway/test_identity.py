@@ -9,9 +9,10 @@ from msgspec.structs import replace
 
 from vehicle_gateway.identity import PER_SECOND_MAX, Verifier
 from wire.authority import Pair, issue, new_authority
-from wire.certificates import CertificateError, authority_of, make
+from wire.certificates import CertificateError, authority_of, make, revoke
 from wire.identity import Signer, Unproven, fingerprint, proven, signer_of
 from wire.messages.session import LeaseRequest, Supervision, SupervisionRequest
+from wire.settings import LinkSettings
 from wire.topics import Role
 
 S = 10**9
@@ -39,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def verifier(folder: Path) -> Verifier:
-    return Verifier(folder, accepts_script=False, utc_minus_monotonic_ns=UTC_NS)
+    return Verifier(LinkSettings(certificates=str(folder)), UTC_NS)
 
 
 def signer(pair: Pair) -> Signer:
@@ -54,9 +55,27 @@ def test_a_cockpit_is_recognised_by_name_and_fingerprint_with_the_end_of_its_cer
     assert found.ends_ns + UTC_NS == pytest.approx(cockpit.certificate.not_valid_after_utc.timestamp() * 1e9, abs=2e9)
 
 
-def test_a_certificate_of_an_operator_s_own_is_recognised_as_his(folder: Path, verifier: Verifier):
-    ann = signer(issue("tower-hub.ann", (), authority_of(folder)))
-    assert verifier.operator(ann.sign(LEASE), NOW).operator == "ann"
+def test_a_certificate_of_an_operator_s_own_is_recognised_as_his_where_the_car_knows_him_and_then_no_other_is(folder: Path):
+    known = Verifier(LinkSettings(certificates=str(folder), operators=("ann", "bob")), UTC_NS)
+    ann, eve = (signer(issue(f"tower-hub.{name}", (), authority_of(folder))) for name in ("ann", "eve"))
+    assert known.operator(ann.sign(LEASE), NOW).operator == "ann"
+    for asker in (eve, signer_of(folder, Role.TOWER_HUB)):
+        assert "may not ask this" in known.operator(asker.sign(LEASE), NOW).rule
+
+
+def test_what_is_revoked_while_the_gateway_runs_is_refused_from_the_next_look_on(tmp_path: Path):
+    make(tmp_path / "certificates")
+    looking = Verifier(LinkSettings(certificates=str(tmp_path / "certificates")), UTC_NS)
+    old = signer_of(tmp_path / "certificates", Role.TOWER_HUB)
+    revoke(tmp_path / "certificates", "tower-hub")
+    new = signer_of(tmp_path / "certificates", Role.TOWER_HUB)
+    assert looking.operator(old.sign(LEASE), NOW).rule == ""
+    looking.look()
+    assert "was revoked" in looking.operator(old.sign(LEASE), NOW).rule and looking.is_revoked("tower-hub")
+    assert looking.operator(new.sign(LEASE), NOW).name == "tower-hub~1"
+    (tmp_path / "certificates" / "revoked.json").write_bytes(b"{")
+    looking.look()
+    assert looking.is_revoked("tower-hub"), "a list that cannot be read lets somebody in again"
 
 
 MAY = {"operator": {Role.TOWER_HUB}, "supervisor": {Role.TOWER_SUPERVISOR}}
@@ -72,7 +91,7 @@ def test_only_cockpits_ask_for_a_lease_and_only_supervisors_give_orders(folder: 
 
 
 def test_a_scripted_operator_is_recognised_where_the_car_accepts_one(folder: Path):
-    lenient = Verifier(folder, accepts_script=True, utc_minus_monotonic_ns=UTC_NS)
+    lenient = Verifier(LinkSettings(certificates=str(folder), accepts_script=True), UTC_NS)
     assert lenient.operator(signer_of(folder, Role.TOWER_SCRIPT).sign(LEASE), NOW).rule == ""
 
 

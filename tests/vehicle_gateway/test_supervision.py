@@ -262,6 +262,14 @@ def test_a_lease_ends_ten_seconds_before_its_certificate_and_a_drive_with_it_in_
     assert car.state.lease.holder == ""
 
 
+@pytest.mark.parametrize("mode", [M.STANDBY, M.REMOTE])
+def test_a_revoked_certificate_ends_the_lease_and_a_drive_with_it(mode: Mode):
+    car = Car(mode, speed_m_s=3.0 if mode is M.REMOTE else 0.0).cycle(holder_revoked=True)
+    assert car.state.authority.mode is AFTER_REVOKE.get(mode, mode)
+    assert (car.state.lease.holder, car.told().lease_note) == ("", "the certificate of ann was revoked")
+    assert car.cycle(holder_revoked=True).state.lease.epoch == 108, "it ends once"
+
+
 def test_no_lease_is_granted_on_a_certificate_that_ends_now_and_no_take_on_one_that_ends_soon():
     soon = replace(TOWER, ends_ns=NOW + 9 * S)
     assert "renew" in Car().cycle().lease("ann", "s1", soon).rule

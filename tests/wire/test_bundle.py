@@ -2,7 +2,7 @@
 
 import json
 import stat
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
 
@@ -154,7 +154,7 @@ def test_a_bundle_put_together_by_hand_is_refused(home: Path, tmp_path: Path):
     good = export(home, "car-1", (), False)
     stranger = issue("vehicle-hub.car-1", (), new_authority())
     strange = Issued(key=stranger.key_pem.decode(), certificate=stranger.certificate_pem.decode())
-    late = issue("vehicle-hub.car-1", (), authority_of(home), days=0)
+    late = issue("vehicle-hub.car-1", (), authority_of(home), valid=timedelta())
     ended = Issued(key=late.key_pem.decode(), certificate=late.certificate_pem.decode())
     other_key = Issued(key=strange.key, certificate=good.roles[Role.VIDEO].certificate)
     cases = {

@@ -3,6 +3,7 @@
 import socket
 import threading
 from collections.abc import Iterator
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -61,7 +62,7 @@ def test_an_address_that_the_certificate_does_not_name_is_told_with_the_option_t
 def test_an_expired_certificate_of_our_own_is_noticed_before_it_is_shown_to_anybody(car: LinkSettings, home: Path, tmp_path: Path):
     old = tmp_path / "old"
     make(old)
-    expired = issue("vehicle-hub", (), authority_of(home), days=0)
+    expired = issue("vehicle-hub", (), authority_of(home), valid=timedelta())
     (old / "authority.pem").write_bytes((home / "authority.pem").read_bytes())
     write_pem(old, "vehicle-hub", expired.key_pem, expired.certificate_pem)
     with pytest.raises(LinkError, match="expired on"):
