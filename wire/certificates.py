@@ -203,6 +203,7 @@ def authority_of(folder: Path) -> Pair:
 
 def pair_of(folder: Path, role: Role) -> Pair:
     """A role's own key and certificate. Raises CertificateError when they cannot be used."""
+    _refuse_exposed(folder, role)
     try:
         return read_pair((folder / f"{role}.key").read_bytes(), (folder / f"{role}.pem").read_bytes())
     except (ValueError, OSError) as error:

@@ -18,11 +18,11 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
-from wire.authority import common_name, is_issued_by, read_pair
-from wire.certificates import CertificateError
+from wire.authority import common_name, is_issued_by
+from wire.certificates import pair_of
 from wire.messages.base import encode
 from wire.messages.session import LeaseRequest, SupervisionRequest
-from wire.private_file import refusal
+from wire.topics import Role
 
 Question = TypeVar("Question", LeaseRequest, SupervisionRequest)
 _ALGORITHM = ec.ECDSA(hashes.SHA256())
@@ -54,16 +54,9 @@ class Proven:
     ends: datetime  # until when it is valid
 
 
-def signer_of(folder: Path, name: str) -> Signer:
-    """The signer whose key and certificate are NAME.key and NAME.pem. Raises CertificateError."""
-    key_file = folder / f"{name}.key"
-    try:
-        problem = refusal(key_file)
-        if problem:
-            raise CertificateError(problem)
-        pair = read_pair(key_file.read_bytes(), (folder / f"{name}.pem").read_bytes())
-    except (OSError, ValueError) as error:
-        raise CertificateError(f"{key_file}: cannot be used: {error}; import a bundle that holds it") from None
+def signer_of(folder: Path, role: Role) -> Signer:
+    """Who signs with a role's own key. Raises CertificateError."""
+    pair = pair_of(folder, role)
     return Signer(pair.key, pair.certificate)
 
 

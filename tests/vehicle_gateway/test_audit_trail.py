@@ -11,12 +11,23 @@ from vehicle_gateway.audit.position import MapOrigin, degrees_of
 from vehicle_gateway.audit.trail import About, Trail, observe, start
 from vehicle_gateway.authority import Authority
 from vehicle_gateway.failsafe import Cause
+from vehicle_gateway.identity import Identity
 from vehicle_gateway.journal import Entry
 from vehicle_gateway.lease import Lease
 from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.messages.audit import AuditEntry, AuditKind
 from wire.messages.automation import Scene
-from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
+from wire.messages.session import (
+    Action,
+    HandOverReply,
+    HandOverRequest,
+    LeaseReply,
+    LeaseRequest,
+    Outcome,
+    Supervision,
+    SupervisionReply,
+    SupervisionRequest,
+)
 from wire.messages.vehicle import Actuation, HandOver, Mode
 
 K, M = AuditKind, Mode
@@ -281,3 +292,32 @@ def test_a_flood_of_names_opens_no_more_episodes_than_there_is_room_for():
     seen = tuple(Seen(K.REFUSAL, "lease", "held by ann", f"operator {number}") for number in range(1000))
     open_, begun, _ = follow_up((), seen, 1)
     assert len(open_) == len(begun) == OPEN_MAX
+
+
+def test_a_supervisor_s_order_is_told_with_who_gave_it_and_the_lease_that_it_took_with_whose_certificate_it_was():
+    chief = Identity(name="tower-supervisor.carla", operator="carla", fingerprint="c" * 64)
+    order = SupervisionRequest(
+        action=Supervision.REVOKE,
+        lease_epoch=7,
+        operator="bob",
+        reason="tired",
+        stop=False,
+        sent_ns=1,
+        echoed_vehicle_ns=1,
+        echoed_boot_id="boot",
+    )
+    story = Story()
+    story.cycle(lease=replace(HELD, certificate="tower-hub", fingerprint="a" * 64))
+    asked = Inputs(supervision_requests=(order,), supervisors=(chief,))
+    story.cycle(inputs=asked, out_supervision_replies=(SupervisionReply(done=False, rule="no"),))
+    story.cycle(
+        inputs=asked,
+        lease=Lease(epoch=8),
+        lease_note="carla took it",
+        out_supervision_replies=(SupervisionReply(done=True, rule=""),),
+    )
+    told = [(entry.kind, entry.operator, entry.certificate, entry.text) for entry in story.told]
+    assert (K.LEASE, "ann", "a" * 64, "") in told
+    assert (K.REFUSAL, "carla", "", "no") in told
+    assert (K.ORDER, "carla", "c" * 64, "bob: tired") in told
+    assert (K.LEASE_LOST, "ann", "a" * 64, "carla took it") in told

@@ -154,7 +154,7 @@ def test_a_flood_of_questions_is_refused_without_looking_and_the_next_second_is_
 
 
 def test_a_signer_whose_key_is_missing_damaged_or_open_to_others_is_refused(folder: Path, tmp_path: Path):
-    with pytest.raises(CertificateError, match=r"tower-supervisor.key: cannot be used"):
+    with pytest.raises(CertificateError, match=r"tower-supervisor.key: damaged or unreadable"):
         signer_of(tmp_path, Role.TOWER_SUPERVISOR)
     for end in ("key", "pem"):
         (tmp_path / f"window.{end}").write_bytes((folder / f"window.{end}").read_bytes())

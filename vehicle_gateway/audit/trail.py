@@ -64,8 +64,8 @@ class Fact(Message):
 
 
 def certificate_of(lease: Lease) -> str:
-    """Fingerprint of the certificate that holds the lease: the one place to say it. A lease does not know its holder's yet."""
-    return ""
+    """Fingerprint of the certificate that holds the lease; "" in recordings from before a lease knew it."""
+    return lease.fingerprint
 
 
 def observe(trail: Trail, cycle: Entry, about: About) -> tuple[Trail, tuple[AuditEntry, ...]]:
@@ -157,6 +157,7 @@ def _events(cycle: Entry) -> Iterator[Fact]:
     if cycle.inputs.stop_number:
         yield Fact(kind=AuditKind.STOP, question=cycle.inputs.stop_number, text="STOP was pressed in the tower")
     yield from _request(cycle)
+    yield from _orders(cycle)
     yield from _lease(cycle)
     for question, answer in zip(cycle.inputs.hand_over_requests, cycle.outputs.hand_over_replies, strict=True):
         if answer.outcome is Outcome.GRANTED:
@@ -171,13 +172,24 @@ def _request(cycle: Entry) -> Iterator[Fact]:
         yield Fact(kind=AuditKind.REQUEST, question=request.number, subject=request.reasons[0].channel, text=reasons[:2000])
 
 
+def _orders(cycle: Entry) -> Iterator[Fact]:
+    """What a supervisor ordered and the car did; the supervisor's name and certificate."""
+    inputs, outputs = cycle.inputs, cycle.outputs
+    for asked, who, reply in zip(inputs.supervision_requests, inputs.supervisors, outputs.supervision_replies, strict=True):
+        if reply.done:
+            text = f"{asked.operator}: {asked.reason}" if asked.operator else asked.reason
+            operator = who.operator or who.name
+            yield Fact(kind=AuditKind.ORDER, subject=asked.action, text=text, operator=operator, certificate=who.fingerprint)
+
+
 def _lease(cycle: Entry) -> Iterator[Fact]:
     before, after = cycle.before.lease, cycle.after.lease
     if before.owner == after.owner:
         return
     for kind, lease in ((AuditKind.LEASE_LOST, before), (AuditKind.LEASE, after)):
         if lease.holder:
-            yield Fact(kind=kind, operator=lease.holder, certificate=certificate_of(lease), epoch=lease.epoch)
+            text = cycle.after.lease_note if kind is AuditKind.LEASE_LOST else ""
+            yield Fact(kind=kind, text=text, operator=lease.holder, certificate=certificate_of(lease), epoch=lease.epoch)
 
 
 def _changes(cycle: Entry) -> Iterator[Fact]:
@@ -215,6 +227,10 @@ def _refusals(cycle: Entry) -> Iterator[Seen]:
     for asked, reply in zip(cycle.inputs.lease_requests, cycle.outputs.lease_replies, strict=True):
         if not reply.granted:
             yield Seen(AuditKind.REFUSAL, "lease", reply.rule, asked.operator)
+    orders = zip(cycle.inputs.supervision_requests, cycle.inputs.supervisors, cycle.outputs.supervision_replies, strict=True)
+    for order, who, told in orders:
+        if not told.done:
+            yield Seen(AuditKind.REFUSAL, order.action, told.rule, who.operator or who.name)
     for question, answer in zip(cycle.inputs.hand_over_requests, cycle.outputs.hand_over_replies, strict=True):
         if answer.outcome is Outcome.REFUSED:
             yield Seen(AuditKind.REFUSAL, question.action, answer.rule, cycle.after.lease.holder, question.number)

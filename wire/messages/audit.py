@@ -25,6 +25,7 @@ class AuditKind(StrEnum):
     MODE = auto()  # who drives has changed, and why
     LEASE = auto()  # granted to an operator
     LEASE_LOST = auto()
+    ORDER = auto()  # a supervisor: lease revoked, operator admitted, car released
     GRANT = auto()  # a question of the operator: take, hand back, return, engage, clear
     REFUSAL = auto()  # of a lease or such a question, with the rule
     REFUSAL_END = auto()  # how often the same was asked and refused
