@@ -51,16 +51,23 @@ def recall(file: Path) -> Remembered:
 
 
 def write(file: Path, remembered: Remembered) -> None:
-    """Whole or not at all. First so that it outlives this process, which takes microseconds; then, synced, a power cut."""
-    put(file, remembered)
-    sync(file)
+    """Whole or not at all, also over a power cut: on disk under another name before it takes the old one's place."""
+    new = _written(file, remembered)
+    _sync(new)
+    new.replace(file)
+    _sync(file.parent)
 
 
 def put(file: Path, remembered: Remembered) -> None:
+    """Whole or not at all should this process die, which takes microseconds; a power cut needs `sync` after it."""
+    _written(file, remembered).replace(file)
+
+
+def _written(file: Path, remembered: Remembered) -> Path:
     file.parent.mkdir(parents=True, exist_ok=True)
     new = file.with_suffix(".new")
     new.write_bytes(encode(remembered))
-    new.replace(file)
+    return new
 
 
 def sync(file: Path) -> None:

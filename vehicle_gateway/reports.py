@@ -30,6 +30,7 @@ def status_of(
         lease_epoch=state.lease.epoch,
         lease_certificate=state.lease.certificate,
         lease_fingerprint=state.lease.fingerprint,
+        lease_silent_s=max(now_ns - state.lease.seen_ns, 0) / 1e9 if state.lease.holder else 0.0,
         certificate_left_s=certificate_left_s(state, now_ns),
         lease_note=state.lease_note,
         hand_over=state.hand_over,

@@ -5,15 +5,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from vehicle_gateway.gateway import recalled_state, remember
-from vehicle_gateway.memory import Memory, Remembered, recall, write
+from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, recall, write
 from vehicle_gateway.state import initial_state
 from wire.configuration import ConfigurationError
+from wire.messages.base import encode
 from wire.messages.vehicle import Mode
 
 UTC = 1_700_000_000_000_000_000  # Unix time minus the car's clock in these stories
@@ -96,6 +98,43 @@ def test_a_write_that_died_half_way_leaves_the_old_memory_whole(tmp_path: Path):
     write(file, Remembered(epoch_reserved=5, emergency_latched=True))
     (tmp_path / "car.new").write_bytes(b'{"epoch_res')
     assert recall(file).emergency_latched
+
+
+@pytest.mark.parametrize("after", ["nothing", "half of it", "all but the last letter", "all of it", "its place"])
+def test_a_power_cut_between_reserving_and_using_never_gives_an_epoch_twice(tmp_path: Path, after: str):
+    """What is on the disk when a start was cut off after each step of it; nothing was granted before the last one."""
+    file, new = tmp_path / "car.json", tmp_path / "car.new"
+    used = recalled_state(recall(file), "first", NOW, 0).lease.epoch + 1  # a grant of the first start
+    whole = encode(replace(Remembered(), epoch_reserved=2 * EPOCH_BLOCK))  # what the second one was writing
+    parts = {"nothing": b"", "half of it": whole[: len(whole) // 2], "all but the last letter": whole[:-1]}
+    (file if after == "its place" else new).write_bytes(parts.get(after, whole))
+    third = recalled_state(recall(file), "third", NOW, 0).lease.epoch + 1
+    assert third > used
+    assert (third > 2 * EPOCH_BLOCK) == (after == "its place")
+    fourth = recalled_state(recall(file), "fourth", NOW, 0).lease.epoch + 1
+    assert fourth > third
+
+
+def test_an_epoch_is_on_disk_before_the_first_of_its_block_can_be_used(tmp_path: Path):
+    file = tmp_path / "car.json"
+    for _ in range(3):
+        first = recalled_state(recall(file), "boot", NOW, 0).lease.epoch
+        on_disk = msgspec.json.decode(file.read_bytes(), type=Remembered).epoch_reserved
+        assert on_disk == first + EPOCH_BLOCK, "the block ends before or after what was reserved"
+        assert not list(tmp_path.glob("*.new"))
+
+
+def test_a_disk_that_is_read_only_is_told_at_start_and_nothing_is_granted():
+    """A real one that takes no file, whoever asks: not even root may write there."""
+    with pytest.raises(ConfigurationError, match=r"cannot be used: .*\[vehicle_gateway\] memory"):
+        recall(Path("/proc/remote-operation-tower/car.json"))
+
+
+def test_a_disk_that_fails_while_driving_is_counted_and_the_gateway_goes_on(tmp_path: Path):
+    (tmp_path / "gone").write_bytes(b"")
+    with Memory(tmp_path / "gone" / "car.json") as memory:
+        memory.keep(Remembered(stop_latched=True))
+    assert memory.failed >= 1
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=20, deadline=None)

@@ -1,7 +1,7 @@
 """The supervisor's orders and the end of a certificate, through whole gateway cycles: who drives then is as the table says."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -311,6 +311,7 @@ def test_a_lease_is_asked_for_with_a_fresh_stamp_of_this_car_and_a_renewal_may_w
     assert "too old" in asked(echoed_vehicle_ns=NOW - 5 * S)
 
 
+@settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["revoke", "admit", "ann", "bob", "wait"]), st.integers(1, 400)), max_size=25))
 def test_whatever_is_ordered_nobody_holds_a_lease_while_he_is_kept_out_and_epochs_only_rise(story):
     car, until = Car(), dict[str, int]()

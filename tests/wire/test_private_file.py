@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wire import bundle, certificates
@@ -21,6 +21,7 @@ from wire.transport import tls_of
 FILE = Path("/a/window.key")
 
 
+@settings(deadline=None)
 @given(st.integers(0, 0o777), st.integers(0, 3), st.integers(0, 3))
 def test_exactly_what_is_its_reader_s_or_root_s_and_closed_to_everybody_else_is_good(mode: int, owner: int, reader: int):
     """The plainer rule, letter by letter as `ls -l` prints the mode."""

@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -33,6 +33,7 @@ def name_in(folder: Path, role: Role) -> str:
     return common_name(certificates._load(folder / f"{role}.pem"))
 
 
+@settings(max_examples=30, deadline=None)
 @given(st.lists(st.sampled_from(["window", "tower-hub.ann", "video.car-1"]), max_size=8))
 def test_after_any_revocations_exactly_the_newest_certificate_of_each_name_is_good(names: list[str]):
     known, issued = NOTHING, {name: [name] for name in ("window", "tower-hub.ann", "video.car-1")}

@@ -23,6 +23,7 @@ from tower.cockpit.devices import Controls, Presses, View, newly_pressed, window
 from tower.cockpit.hand_over import HandOverInputs, HandOverState
 from tower.cockpit.keyboard import lock_rad
 from tower.cockpit.lease_client import Lease
+from tower.cockpit.one_car import held_elsewhere
 from tower.cockpit.override import override_until_ns
 from tower.cockpit.pedals import Arming, arm
 from tower.cockpit.reading import CockpitLink, Inbox
@@ -33,18 +34,20 @@ from tower.cockpit.torque_log import TorqueLog
 from tower.devices import store
 from tower.devices.finder import Finder, opened
 from tower.settings import TowerSettings
+from wire.authority import common_name
 from wire.certificates import folder_of
 from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.identity import signer_of
-from wire.link import open_link
+from wire.latest import Latest
+from wire.link import Link, open_link
 from wire.load import stolen_s
 from wire.messages.operating import ClockPing, TowerStop
 from wire.messages.session import Action, HandOverReply, LeaseReply, LeaseRequest, Outcome
 from wire.messages.steps import TorqueSteps
 from wire.messages.vehicle import GatewayStatus, Mode
 from wire.pace import Pace
-from wire.settings import WireSettings
+from wire.settings import LinkSettings, WireSettings
 from wire.signature import sign
 from wire.topics import PROGRAMS, Role
 
@@ -70,7 +73,18 @@ def run(config: Path, stop: threading.Event) -> int:
         Asker(link.ask, clock) as asker,
     ):
         signer = signer_of(folder_of(wire.link.certificates), role)  # of the link: both end together, and the car knows when
-        cockpit = Cockpit(settings, haptics, link, asker, secrets.token_hex(8), signer.sign, finder)
+        others = others_of(link, wire.link)
+        operator, own = settings.operator, common_name(signer.certificate)
+        cockpit = Cockpit(
+            settings,
+            haptics,
+            link,
+            asker,
+            secrets.token_hex(8),
+            signer.sign,
+            finder,
+            lambda now_ns: held_elsewhere(((name, level.get()) for name, (_, level) in others.items()), operator, own, now_ns),
+        )
         with Pace(TICK_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
             health_ns = 0
             for now_ns in pace:
@@ -80,6 +94,12 @@ def run(config: Path, stop: threading.Event) -> int:
                     link.publish("tower_health", pace.health(PROGRAMS[role], "cockpit", link.dropped, stolen_s()))
         cockpit.close()
     return 0
+
+
+def others_of(link: Link, settings: LinkSettings) -> dict[str, tuple[Link, Latest[GatewayStatus]]]:
+    """The other cars of the fleet, by id: a view of each, which has to be kept, and what it last told."""
+    views = {car.vehicle_id: link.of(car.vehicle_id) for car in settings.fleet if car.vehicle_id != settings.vehicle_id}
+    return {name: (view, view.level("gateway_status")) for name, view in views.items()}
 
 
 class Cockpit:
@@ -94,12 +114,15 @@ class Cockpit:
         session: str,
         sign_lease: Callable[[LeaseRequest], LeaseRequest],
         arrivals: Arrivals | None = None,
+        elsewhere: Callable[[int], str] = lambda _: "",
     ) -> None:
+        """elsewhere: (now_ns) why this operator may not hold the car because he holds another; "" when he may."""
         self._settings = settings
         self._haptics = haptics
         self._link = link
         self._asker = asker
         self._session, self._sign_lease = session, sign_lease
+        self._elsewhere = elsewhere
         self._inbox = Inbox(link)
         self._desk = Desk(settings, haptics, arrivals)
         self._controls = Controls(wheel=VirtualWheel())
@@ -233,6 +256,13 @@ class Cockpit:
         if request is not None:
             self._asker.offer("hand_over", sign(request, self._lease.key))
         elif status and not self._asker.busy and lease_client.due(self._lease, status, self._settings.operator, now_ns):
+            self._ask_lease(status, now_ns)
+
+    def _ask_lease(self, status: GatewayStatus, now_ns: int) -> None:
+        other = "" if self._lease.held else self._elsewhere(now_ns)
+        if other:
+            self._lease = lease_client.kept_back(self._lease, other)
+        else:
             question = lease_client.request(self._settings.operator, self._session, status, now_ns)
             self._asker.offer("lease", self._sign_lease(question))
             self._lease = lease_client.asked(self._lease, now_ns)

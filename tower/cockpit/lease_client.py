@@ -48,6 +48,11 @@ def contradicts(lease: Lease, status: GatewayStatus | None, operator: str, now_n
     return (status.boot_id, status.lease_holder, status.lease_epoch) != (lease.boot_id, operator, lease.epoch)
 
 
+def kept_back(lease: Lease, note: str) -> Lease:
+    """Not asked for, and why."""
+    return replace(lease, note=note) if lease.note != note else lease
+
+
 def asked(lease: Lease, now_ns: int) -> Lease:
     return replace(lease, asked_ns=now_ns, renew_now=False)
 

@@ -107,6 +107,7 @@ class GatewayStatus(Message):
     lease_epoch: Count
     lease_certificate: Name = ""  # of the holder: common name
     lease_fingerprint: Name = ""  # SHA-256 of that certificate, in hexadecimal
+    lease_silent_s: Seconds = 0.0  # since the holder was last heard; from 5 s on the next one may have it
     certificate_left_s: Seconds | None = None  # until it expires, or the car's own; None: nobody's, or not known
     lease_note: Text = ""  # why the last lease was taken from its holder, or what a supervisor did since; "" with a new lease
     hand_over: HandOver
