@@ -56,6 +56,18 @@ def test_a_cycle_a_quarter_of_a_period_early_sends_and_one_earlier_than_that_wai
     assert take_due(sent, (FAST,), round(7.5 * MS) - 1)[1] == {}
 
 
+def test_one_frame_that_is_not_due_keeps_no_other_from_being_sent():
+    told = run([10 * MS] * 30, (SLOW, FAST))
+    assert (len(told[1]), len(told[2])) == (30, 10)
+
+
+def test_a_whole_period_late_is_a_slot_of_its_own_and_less_keeps_the_phase():
+    sent, _ = take_due(Sent(), (FAST,), 0)
+    whole, _ = take_due(sent, (FAST,), 20 * MS)
+    nearly, _ = take_due(sent, (FAST,), 20 * MS - 1)
+    assert (whole.due_ns, nearly.due_ns) == ({1: 30 * MS}, {1: 20 * MS})
+
+
 def test_after_a_pause_nothing_is_made_up_for():
     sent, _ = take_due(Sent(), (FAST,), 0)
     sent, counters = take_due(sent, (FAST,), 1000 * MS)

@@ -15,7 +15,7 @@ from vehicle_gateway.can.ecu_codec import Controls, encode_controls
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import LEAST_PERIOD_MS, layouts
 from vehicle_gateway.can.settings import CanSettings
-from vehicle_gateway.can.transmit import LENGTH, NOT_LISTED, PROTECTION, TOO_SOON, Sending, admit
+from vehicle_gateway.can.transmit import Sending, admit
 from vehicle_gateway.can.vehicles import CarBus, car_bus_of
 from vehicle_gateway.gateway import SHORTEST_NS, open_car
 from wire.clock import Clock
@@ -38,7 +38,7 @@ def admitted(times_ns, frame=None):
     state, taken = Sending(), []
     for at_ns in times_ns:
         state, refusal = admit(state, frame or command(), at_ns, PERMITS)
-        assert refusal in ("", TOO_SOON)
+        assert refusal in ("", "too soon")
         if not refusal:
             taken.append(at_ns)
     return taken
@@ -71,12 +71,12 @@ def test_the_period_of_the_shipped_dbc_is_the_shortest_cycle_of_the_gateway_and_
     ("frame", "refusal"),
     [
         (command(), ""),
-        (Frame(0x7FF, bytes(8)), NOT_LISTED),
-        (encode_controls(Controls(), 0), NOT_LISTED),  # the car's own frame: nobody may speak for it
-        (command()._replace(data=command().data + b"\0"), LENGTH),
-        (command()._replace(data=b""), LENGTH),
-        (command()._replace(data=command().data[:-1] + b"\xff"), PROTECTION),
-        (Frame(COMMAND.arbitration_id, layouts()["ECU_LOAD"].pack((0.0, 0.0, 0.0), 0).data), PROTECTION),  # another data id
+        (Frame(0x7FF, bytes(8)), "not on the list"),
+        (encode_controls(Controls(), 0), "not on the list"),  # the car's own frame: nobody may speak for it
+        (command()._replace(data=command().data + b"\0"), "wrong length"),
+        (command()._replace(data=b""), "wrong length"),
+        (command()._replace(data=command().data[:-1] + b"\xff"), "wrong protection"),
+        (Frame(COMMAND.arbitration_id, layouts()["ECU_LOAD"].pack((0.0, 0.0, 0.0), 0).data), "wrong protection"),  # another data id
     ],
 )
 def test_only_a_listed_frame_of_its_length_and_protection_passes(frame, refusal):
@@ -119,9 +119,13 @@ def test_a_flood_gets_through_at_its_cyclic_rate_and_the_other_frames_are_not_he
     state = Sending()
     for _ in range(100):
         state, refusal = admit(state, command(), 0, PERMITS)
-    assert refusal == TOO_SOON
+    assert refusal == "too soon"
     assert admit(state, CODEC.encode_command(BRAKING, Mode.REMOTE, False, 0)[1], 0, PERMITS)[1] == ""
     assert admit(state, command(), PERIOD_NS, PERMITS)[1] == "", "what was refused took no slot"
+
+
+def test_three_frames_at_one_instant_pass_and_the_fourth_when_a_period_is_over():
+    assert admitted([0, 0, 0, 0, PERIOD_NS - 1, PERIOD_NS, PERIOD_NS]) == [0, 0, 0, PERIOD_NS]
 
 
 class Nobody:

@@ -186,6 +186,7 @@ def test_a_number_that_is_none_never_reaches_the_car_and_is_counted(bad):
     _, frames = CODEC.commands(Sent(), asked, Mode.REMOTE, False, told(), 0)
     refused = {frame.arbitration_id: admit(Sending(), frame, 0, CODEC.permits)[1] for frame in frames}
     assert refused == {0x191: LENGTH, 0x2E4: "", 0x343: LENGTH}
+    assert {frame.data for frame in frames if refused[frame.arbitration_id]} == {b""}
 
 
 def test_nothing_of_the_other_vehicle_and_no_feedback_of_the_car_may_be_sent():

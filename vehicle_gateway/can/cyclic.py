@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from vehicle_gateway.can.transmit import Sendable
 
-EARLY = 4  # a quarter of a period: a cycle that comes that much early still sends, instead of a whole cycle late
+EARLY = 0.25  # of a period: a cycle that comes that much early still sends, instead of a whole cycle late
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ def take_due(sent: Sent, layouts: Iterable[Sendable], now_ns: int) -> tuple[Sent
     for layout in layouts:
         identifier, period_ns = layout.arbitration_id, layout.least_period_ms * 1_000_000
         slot_ns = due.get(identifier, now_ns)
-        if now_ns < slot_ns - period_ns // EARLY:
+        if now_ns < slot_ns - EARLY * period_ns:
             continue
         late = now_ns >= slot_ns + period_ns
         due[identifier] = (now_ns if late else slot_ns) + period_ns

@@ -64,7 +64,7 @@ class ToyotaLayout:
         values = values_in(int.from_bytes(frame.data, "big"), self.fields)
         if values is None:
             return {}, "can range"
-        return {field.name: value for field, value in zip(self.fields, values, strict=True)}, ""
+        return {field.name: values[number] for number, field in enumerate(self.fields)}, ""
 
 
 @cache
@@ -80,7 +80,7 @@ def _layout_of(message: Any) -> ToyotaLayout:  # a cantools message
         size=message.length,
         fields=tuple(field_of(each, _lowest_bit(message, each)) for each in message.signals if each.name != CHECKSUM),
         has_checksum=any(each.name == CHECKSUM for each in message.signals),
-        cycle_ms=message.cycle_time or 0,
+        cycle_ms=message.cycle_time,
         least_period_ms=attribute_of(message, DELAY_TIME),
     )
 
