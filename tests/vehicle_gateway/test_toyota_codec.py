@@ -337,6 +337,14 @@ def test_a_speed_and_an_angle_that_no_tyre_holds_together_end_the_feedback():
     assert receive(slow)[0].feedback.road_wheel_angle_rad == pytest.approx(radians(499.5) / RATIO)
 
 
+@pytest.mark.parametrize(("km_h", "holds"), [(36.9, True), (37.0, False)])
+def test_the_limit_of_what_a_tyre_holds_is_15_m_s2(km_h, holds):
+    """300 deg of the steering wheel are 0.366 rad: v^2 tan(0.366) / 2.69 is 14.97 at 36.9 km/h and 15.06 at 37.0."""
+    wheels, angle = dict.fromkeys(STANDING, km_h), {"STEER_ANGLE": 300.0, "STEER_FRACTION": 0.0}
+    got = told(STEER_ANGLE_SENSOR=angle, WHEEL_SPEEDS=wheels, SPEED={"SPEED": km_h})
+    assert (got is not None) is holds
+
+
 def test_a_wheel_that_reports_its_fault_is_dropped():
     frame = LAYOUTS["WHEEL_SPEEDS"].pack(ROLLING["WHEEL_SPEEDS"])
     faulty = frame._replace(data=bytes([frame.data[0] | 0x80]) + frame.data[1:])
@@ -385,7 +393,8 @@ def test_whatever_comes_with_a_right_checksum_every_feedback_is_one_that_the_lin
 
 
 def test_the_state_before_the_first_frame_is_empty():
-    assert CODEC.start() == ToyotaState()
+    nothing = ToyotaState(feedback=None, parts={}, gear=Gear.PARK, speed_m_s=None, acceleration_m_s2=0.0)
+    assert CODEC.start() == nothing
 
 
 def test_the_configuration_chooses_the_codec_and_what_cannot_be_is_told():

@@ -197,11 +197,10 @@ def test_our_acceleration_command_is_the_one_that_the_real_car_was_given_bit_for
 
 @recorded
 def test_our_idle_torque_command_is_the_one_that_the_real_car_was_given_with_every_counter():
-    identifier = LAYOUTS["STEERING_LKA"].arbitration_id
     idle = {frame for frame, v in zip(frames_of("STEERING_LKA"), values_of("STEERING_LKA"), strict=True) if not v["STEER_REQUEST"]}
     asked, ours = Actuation(road_wheel_angle_rad=0.1, acceleration_m_s2=0.0), set()
     for counter in range(64):
-        _, frames = CODEC.commands(Sent(counts={identifier: counter}), asked, Mode.REMOTE, False, None, 0)
+        _, frames = CODEC.commands(Sent(counts={"STEERING_LKA": counter}), asked, Mode.REMOTE, False, None, 0)
         ours.add(frames[1])
     assert idle == ours
 
@@ -258,7 +257,7 @@ def test_identifiers_places_and_scales_are_those_of_the_public_files(name, file,
 @public
 def test_the_steering_command_that_no_log_has_is_read_by_the_public_dbc_as_what_was_asked():
     asked = Actuation(road_wheel_angle_rad=radians(50.0) / RAV4.steering_ratio, acceleration_m_s2=0.0)
-    frame = CODEC.commands(Sent(counts={0x191: 37}), asked, Mode.REMOTE, False, None, 0)[1][0]
+    frame = CODEC.commands(Sent(counts={"STEERING_LTA": 37}), asked, Mode.REMOTE, False, None, 0)[1][0]
     values = public_database(NO_DSU).decode_message(0x191, frame.data, decode_choices=False)
     assert values["STEER_ANGLE_CMD"] == pytest.approx(50.0, abs=0.0573 / 2)
     assert (values["STEER_REQUEST"], values["STEER_REQUEST_2"], values["COUNTER"]) == (1, 1, 37)

@@ -94,8 +94,7 @@ class Codec:
         """The state after this cycle, and the frames that are due in it. Numbers as in `encode_command`."""
         sent, counters = take_due(sent, (self.command, self.body), now_ns)
         values = ((self.command, _command(actuation, mode, brake_hold)), (self.body, _body(actuation)))
-        due = ((layout, each) for layout, each in values if layout.arbitration_id in counters)
-        return sent, tuple(layout.pack(each, counters[layout.arbitration_id]) for layout, each in due)
+        return sent, tuple(layout.pack(each, counters[layout.name]) for layout, each in values if layout.name in counters)
 
     def encode_command(self, actuation: Actuation, mode: Mode, brake_hold: bool, counter: int) -> tuple[Frame, Frame]:
         """ACTUATION_COMMAND and BODY_COMMAND. Numbers saturate; one that is not finite makes a frame the ECU drops.

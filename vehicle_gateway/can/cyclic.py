@@ -15,22 +15,22 @@ EARLY = 0.25  # of a period: a cycle that comes that much early still sends, ins
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """By identifier."""
+    """By name of the frame."""
 
-    due_ns: Mapping[int, int] = field(default_factory=dict)  # start of the next slot
-    counts: Mapping[int, int] = field(default_factory=dict)  # frames sent
+    due_ns: Mapping[str, int] = field(default_factory=dict)  # start of the next slot
+    counts: Mapping[str, int] = field(default_factory=dict)  # frames sent
 
 
-def take_due(sent: Sent, layouts: Iterable[Sendable], now_ns: int) -> tuple[Sent, dict[int, int]]:
-    """The state after this cycle, and the counter of each frame that is due in it, by identifier."""
+def take_due(sent: Sent, layouts: Iterable[Sendable], now_ns: int) -> tuple[Sent, dict[str, int]]:
+    """The state after this cycle, and the counter of each frame that is due in it, by name, in the order of the layouts."""
     due, counts, counters = dict(sent.due_ns), dict(sent.counts), {}
     for layout in layouts:
-        identifier, period_ns = layout.arbitration_id, layout.least_period_ms * 1_000_000
-        slot_ns = due.get(identifier, now_ns)
+        name, period_ns = layout.name, layout.least_period_ms * 1_000_000
+        slot_ns = due.get(name, now_ns)
         if now_ns < slot_ns - EARLY * period_ns:
             continue
         late = now_ns >= slot_ns + period_ns
-        due[identifier] = (now_ns if late else slot_ns) + period_ns
-        counters[identifier] = counts.get(identifier, 0)
-        counts[identifier] = counters[identifier] + 1
+        due[name] = (now_ns if late else slot_ns) + period_ns
+        counters[name] = counts.get(name, 0)
+        counts[name] = counters[name] + 1
     return Sent(due, counts), counters

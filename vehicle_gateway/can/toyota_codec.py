@@ -69,9 +69,8 @@ class ToyotaCodec:
             "STEERING_LKA": {"ALWAYS_ONE": 1.0},
             "ACC_CONTROL": _acceleration(actuation, mode, brake_hold, feedback),
         }
-        due = [layout for layout in self.sends.values() if layout.arbitration_id in counters]
-        counted = ({**values[each.name], "COUNTER": counters[each.arbitration_id] % COUNTER_MODULUS} for each in due)
-        return sent, tuple(layout.pack(each) for layout, each in zip(due, counted, strict=True))
+        counted = ((name, {**values[name], "COUNTER": count % COUNTER_MODULUS}) for name, count in counters.items())
+        return sent, tuple(self.sends[name].pack(each) for name, each in counted)
 
     def _steering(self, actuation: Actuation, mode: Mode, feedback: Feedback | None) -> dict[str, float]:
         """Not steering, the command is the measured angle. To a person who steers the motor gives way: its torque winds down."""
