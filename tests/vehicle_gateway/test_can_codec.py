@@ -4,7 +4,7 @@ from math import inf, nan
 
 import cantools
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vehicle_gateway.can import actuator_codec, codec, ecu_codec
@@ -29,6 +29,7 @@ from wire.configuration import shipped
 from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
 from wire.messages.vehicle import Actuation, Mode
 
+PATIENT = settings(deadline=None)  # a busy machine is no error
 ANY_FLOAT = st.floats(allow_nan=True, allow_infinity=True)
 NAMES = sorted(layouts())
 
@@ -64,6 +65,7 @@ def receive(frames, state=None):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@PATIENT
 @given(data=st.data())
 def test_packing_is_what_cantools_packs(name, data):
     layout, message = layouts()[name], database().get_message_by_name(name)
@@ -80,6 +82,7 @@ def test_packing_is_what_cantools_packs(name, data):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@PATIENT
 @given(data=st.data())
 def test_unpacking_is_what_cantools_unpacks(name, data):
     layout, message = layouts()[name], database().get_message_by_name(name)
@@ -136,6 +139,7 @@ def test_not_available_lies_outside_the_range_of_every_number():
                 assert layout.unpack(frame.data) is None
 
 
+@PATIENT
 @given(angle=ANY_FLOAT, acceleration=ANY_FLOAT, mode=st.sampled_from(Mode), hold=st.booleans(), counter=st.integers(0))
 def test_whatever_is_commanded_arrives_inside_the_limits_or_not_at_all(angle, acceleration, mode, hold, counter):
     command = encode_command(actuation(road_wheel_angle_rad=angle, acceleration_m_s2=acceleration), mode, hold, counter)
@@ -149,6 +153,7 @@ def test_whatever_is_commanded_arrives_inside_the_limits_or_not_at_all(angle, ac
     assert state.command.acceleration_m_s2 == pytest.approx(sorted((-10.0, acceleration, 5.0))[1], abs=0.00051)
 
 
+@PATIENT
 @given(
     indicators=st.sampled_from(Indicators),
     hazard=st.booleans(),
@@ -199,6 +204,7 @@ def test_feedback_is_complete_only_when_every_part_has_come():
     assert receive([drive, local, motion])[0].feedback is not None
 
 
+@PATIENT
 @given(
     speed=st.floats(-30, 100),
     angle=st.floats(-0.8, 0.8),
@@ -227,6 +233,7 @@ def test_a_timed_out_or_faulty_ecu_does_not_follow():
     assert following == {codec.FOLLOWING: True, codec.TIMED_OUT: False, codec.FAULT: False}
 
 
+@PATIENT
 @given(lights=st.sampled_from(Lights), wipers=st.sampled_from(Wipers))
 def test_the_car_says_which_lights_and_wipers_are_on(lights, wipers):
     drive_state = ecu_codec.encode_drive_state(Gear.DRIVE, codec.FOLLOWING, False, 0, lights, wipers)
@@ -284,6 +291,7 @@ def test_foreign_frames_are_told_on_every_side():
     assert decode_demand(DemandState(), foreign)[1] == "can id"
 
 
+@PATIENT
 @given(
     angle=st.floats(-0.8, 0.8),
     drive=st.floats(0, 5),
@@ -321,6 +329,7 @@ def test_the_plants_sensors_arrive_at_the_ecu():
     assert decode_plant(state, actuator_codec.encode_plant_motion(Motion(nan, 0, 0, 0), 1))[1] == "can range"
 
 
+@PATIENT
 @given(st.sampled_from(NAMES), st.binary(max_size=8), st.integers(0, 14))
 def test_no_payload_whatever_raises(name, payload, previous):
     identifier = layouts()[name].arbitration_id
