@@ -31,7 +31,9 @@ def example(type_: Any) -> Any:
     if isinstance(type_, inspect.EnumType):
         return next(iter(type_.cls)).value
     if isinstance(type_, inspect.StrType):
-        return "right" if type_.pattern else "x" * min(type_.max_length or 20, 20)
+        if type_.pattern:
+            return "right" if "right" in type_.pattern else "0" * 64  # a side of the road, or the digits of a hash
+        return "x" * min(type_.max_length or 20, 20)
     if isinstance(type_, inspect.BoolType):
         return True
     if isinstance(type_, inspect.RawType | inspect.AnyType):

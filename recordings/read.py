@@ -66,10 +66,13 @@ class Recording:
         """(log_ns, message) of one topic. Raises RecordingError where one does not decode as this version's type."""
         return ((log_ns, message) for _, log_ns, message in self.rows(topic))
 
-    def rows(self, *topics: str) -> Iterator[tuple[str, int, Any]]:
-        """(topic, log_ns, message) of several topics in one pass through the file, in the order of log_time."""
+    def rows(self, *topics: str, from_ns: int | None = None, until_ns: int | None = None) -> Iterator[tuple[str, int, Any]]:
+        """(topic, log_ns, message) of several topics in one pass through the file, in the order of log_time.
+
+        from_ns, until_ns  log_time of the first and beyond the last that are wanted; the rest of the file is not read
+        """
         decode = {topic: _decoder(topic) for topic in topics}
-        for _, channel, record in self._records(*topics):
+        for _, channel, record in self._records(*topics, from_ns=from_ns, until_ns=until_ns):
             try:
                 yield channel.topic, record.log_time, decode[channel.topic](record.data)
             except msgspec.DecodeError as error:
@@ -82,9 +85,11 @@ class Recording:
         """(log_ns, payload) of one topic, not decoded: for whoever has to say what is wrong with it."""
         return ((record.log_time, record.data) for _, _, record in self._records(topic))
 
-    def pictures(self, camera: str) -> Iterator[tuple[int, EncodedPicture]]:
+    def pictures(
+        self, camera: str, from_ns: int | None = None, until_ns: int | None = None
+    ) -> Iterator[tuple[int, EncodedPicture]]:
         """(log_ns, picture) of one camera, capture_ns on the vehicle clock. A decoder starts at the first IDR."""
-        for _, channel, record in self._records(f"{VIDEO}/{camera}"):
+        for _, channel, record in self._records(f"{VIDEO}/{camera}", from_ns=from_ns, until_ns=until_ns):
             yield record.log_time, _picture(channel, record)
 
     def payloads(self, from_ns: int = 0) -> Iterator[tuple[str, int, bytes]]:
@@ -103,9 +108,9 @@ class Recording:
     def _made_by(self) -> str:
         return self.versions.get("commit") or self.versions.get(PACKAGE) or "not told"
 
-    def _records(self, *topics: str) -> Iterator[tuple[Any, Any, Any]]:
+    def _records(self, *topics: str, from_ns: int | None = None, until_ns: int | None = None) -> Iterator[tuple[Any, Any, Any]]:
         try:
-            yield from self._reader.iter_messages(topics=topics)
+            yield from self._reader.iter_messages(topics=topics, start_time=from_ns, end_time=until_ns)
         except DAMAGE as error:
             raise _damaged(self.path, error) from None
 

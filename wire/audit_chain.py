@@ -44,7 +44,7 @@ def seal(entry: AuditEntry, key: ec.EllipticCurvePrivateKey) -> AuditRecord:
     content = encode(entry)
     found = hash_of(content)
     signature = sign_head(found, key) if entry.kind is AuditKind.HEAD else ""
-    return AuditRecord(entry=msgspec.Raw(content), hash=found, signature=signature)
+    return AuditRecord(stamp_ns=entry.stamp_ns, entry=msgspec.Raw(content), hash=found, signature=signature)
 
 
 def sign_head(record_hash: str, key: ec.EllipticCurvePrivateKey) -> str:

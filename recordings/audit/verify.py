@@ -76,6 +76,8 @@ def _changed(lines: Iterable[Line]) -> Iterator[Problem]:
         if line.record is not None and hash_of(bytes(line.record.entry)) != line.record.hash:
             number = line.entry.number if line.entry else 0
             yield Problem(number=number, place=line.place, text="was changed: its content does not have the hash it carries")
+        elif line.entry is not None and line.record is not None and line.record.stamp_ns != line.entry.stamp_ns:
+            yield Problem(number=line.entry.number, place=line.place, text="was changed: its stamp is not the one of its entry")
 
 
 def _missing(found: tuple[Read, ...]) -> Iterator[Problem]:

@@ -88,7 +88,7 @@ def clock() -> Clock:
 
 def log_on(link: Line, store: object, file: Path | None = None) -> AuditLog:
     resumed = resume(file) if file else (Chain(), Trail(), 0)
-    return AuditLog(link, store, resumed, SIGNER, ABOUT, clock(), "ours", "ab" * 32)  # type: ignore[arg-type]
+    return AuditLog(link, store, resumed, SIGNER, ABOUT, clock(), lambda: "ours", "ab" * 32)  # type: ignore[arg-type]
 
 
 def cycles(*modes: Mode) -> list[Entry]:

@@ -6,7 +6,7 @@ in order, and the drive goes on. A recorder that was not there yet is told what 
 
 import threading
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
 from cryptography.hazmat.primitives.asymmetric import ec
@@ -39,7 +39,10 @@ class Signer(NamedTuple):
 
 
 class AuditLog:
-    """A context manager: entering it tells the start, leaving it the end, for at most two seconds."""
+    """A context manager: entering it tells the start, leaving it the end, for at most two seconds.
+
+    software  asked on the audit's thread: in a work tree it takes a program to answer, and no gateway waits for that
+    """
 
     def __init__(
         self,
@@ -49,7 +52,7 @@ class AuditLog:
         signer: Signer,
         about: About,
         clock: Clock,
-        software: str,
+        software: Callable[[], str],
         configuration_sha256: str,
     ) -> None:
         self._store, self._signer, self._about, self._clock = store, signer, about, clock
@@ -65,6 +68,7 @@ class AuditLog:
         self.ending = "the gateway was stopped"
         self._unseen = 0  # cycles that did not fit into the queue; the control loop counts them
         self._gave_way = 0  # records that waited too long for the disk
+        self._refused = False  # by the disk, at the last try
 
     def __enter__(self) -> "AuditLog":
         self._teller.start()
@@ -80,7 +84,8 @@ class AuditLog:
     @property
     def dropped(self) -> dict[str, int]:
         """For the gateway's own count: nothing when all is well."""
-        counts = {"audit records not on disk": len(self._unsaved), "audit lost": self._unseen + self._gave_way + self._teller.lost}
+        waiting = len(self._unsaved) if self._refused else 0
+        counts = {"audit records not on disk": waiting, "audit lost": self._unseen + self._gave_way + self._teller.lost}
         return {name: count for name, count in counts.items() if count}
 
     def keep(self, cycle: Entry) -> None:
@@ -105,7 +110,8 @@ class AuditLog:
         self._save(self._clock.now_ns(), last=True)
 
     def _begin(self, now_ns: int) -> None:
-        self._trail, entries = start(self._trail, now_ns, self._about, *self._said)
+        software, configuration_sha256 = self._said
+        self._trail, entries = start(self._trail, now_ns, self._about, software(), configuration_sha256)
         self._add(entries)
         if self._set_aside:
             text = f"{self._set_aside} bytes of a record that was not written whole were set aside"
@@ -161,7 +167,9 @@ class AuditLog:
                 self._unsaved.popleft()
             if not self._unsigned:
                 self._store.sync()
+            self._refused = False
         except OSError:
+            self._refused = True
             self._retry_ns = now_ns + round(RETRY_S * 1e9)
             while len(self._unsaved) > KEPT_MAX:
                 self._unsaved.popleft()

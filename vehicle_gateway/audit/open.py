@@ -27,7 +27,7 @@ def open_audit(
     """
     resumed = resume(file)
     about = About(vehicle_id=settings.vehicle_id, boot_id=boot_id, utc_minus_now_ns=utc_minus_monotonic_ns(), origin=origin)
-    said = software(), sha256(config.read_bytes()).hexdigest()
+    said = software, sha256(config.read_bytes()).hexdigest()
     with AuditFile(file) as store, AuditLog(link, store, resumed, signer_of(settings), about, clock, *said) as log:
         yield log
 

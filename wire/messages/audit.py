@@ -87,6 +87,7 @@ class AuditEntry(Message):
 class AuditRecord(Message):
     """One entry as it was written. The hash is of the bytes of `entry`, whatever a later version makes of them."""
 
+    stamp_ns: TimeNs  # the entry's own
     entry: msgspec.Raw  # AuditEntry as JSON
     hash: Sha256
     signature: Annotated[str, Meta(pattern="^([0-9a-f]{2}){0,80}$")] = ""  # of HEAD: ECDSA P-256 with SHA-256 over `hash`, DER
