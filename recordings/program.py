@@ -1,4 +1,7 @@
-"""`recordings record | info | recover | audit | replay`. What a person can fix is told in one line, exit code 2, no traceback."""
+"""`recordings record | info | recover | audit | incident | replay`.
+
+What a person can fix is told in one line, exit code 2, no traceback.
+"""
 
 import sys
 import threading
@@ -16,6 +19,7 @@ from recordings.check import check as check_steps
 from recordings.check import installed_replays
 from recordings.check_report import show_check
 from recordings.errors import RecordingError
+from recordings.incident.dossier import write_dossier
 from recordings.info import show
 from recordings.playback import label_of, play, told_of
 from recordings.read import open_recording
@@ -80,6 +84,19 @@ def audit(
     Exit code 1: a record was changed, removed, moved, inserted or cut, or a signature does not fit.
     """
     raise typer.Exit(_told(lambda: _audit(file, authority, json)))
+
+
+@app.command()
+def incident(
+    recording: Annotated[Path, typer.Argument(help="a recording, for instance sessions/.../drive.mcap")],
+    at: Annotated[str, typer.Option(metavar="T", help="seconds from its start, HH:MM:SS UTC, or #NUMBER of an audit record")],
+    before: Annotated[float, typer.Option(min=0.5, max=120.0, metavar="SECONDS", help="shown before T")] = 15.0,
+    after: Annotated[float, typer.Option(min=0.5, max=120.0, metavar="SECONDS", help="shown after T")] = 8.0,
+    output: Annotated[Path | None, typer.Option(help="default: incident-<seconds>s.html beside the recording")] = None,
+    authority: Annotated[Path | None, typer.Option(help="as for `recordings audit`")] = None,
+) -> None:
+    """Write one HTML page: what the car knew, what the operator saw, asked for and received, which rule acted."""
+    raise typer.Exit(_told(lambda: _incident(recording, at, before, after, output, authority)))
 
 
 @app.command()
@@ -166,6 +183,11 @@ def _audit(path: Path, authority: Path | None, as_json: bool) -> int:
     else:
         show_audit(report, Console())
     return 0 if report.holds else 1
+
+
+def _incident(path: Path, at: str, before_s: float, after_s: float, output: Path | None, authority: Path | None) -> int:
+    print(write_dossier(path, at, before_s, after_s, output, authority))
+    return 0
 
 
 def _check(path: Path) -> int:

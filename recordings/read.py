@@ -110,7 +110,7 @@ class Recording:
 
     def _records(self, *topics: str, from_ns: int | None = None, until_ns: int | None = None) -> Iterator[tuple[Any, Any, Any]]:
         try:
-            yield from self._reader.iter_messages(topics=topics, start_time=from_ns, end_time=until_ns)
+            yield from self._reader.iter_messages(topics=topics, starting_at=from_ns, ending_before=until_ns)
         except DAMAGE as error:
             raise _damaged(self.path, error) from None
 
