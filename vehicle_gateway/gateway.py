@@ -115,6 +115,7 @@ class Gateway:
         self._lateness = Lateness(DEADLINE_NS)
         self._scheduling = "other"
         self._number = 0
+        audit.counts = self._dropped
         self._told: dict[str, int] = {}  # when each periodic topic was last published
         link.on("clock_ping", self._on_ping)
 

@@ -17,6 +17,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from wire.messages.audit import AuditEntry, AuditKind, AuditRecord
 from wire.messages.base import Count, Message, encode
 
+SIGNED_AT_ONCE = (AuditKind.START, AuditKind.DRIVE_END, AuditKind.END)  # the record behind one of these is a signed head
 GENESIS = "0" * 64  # stands where the first record has none before it
 _SIGNED = b"remote operation tower audit head "  # so that a signature made for anything else is none here
 _ECDSA = ec.ECDSA(hashes.SHA256())

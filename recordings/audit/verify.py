@@ -11,13 +11,11 @@ from datetime import UTC, datetime
 from cryptography import x509
 
 from recordings.audit.source import Line, Read, readable
-from wire.audit_chain import GENESIS, hash_of, is_signed
+from wire.audit_chain import GENESIS, SIGNED_AT_ONCE, hash_of, is_signed
 from wire.authority import common_name, is_issued_by
 from wire.messages.audit import AuditKind
 from wire.messages.base import Count, Message, Text
 from wire.topics import Role, certificate_names
-
-SIGNED_AT_ONCE = (AuditKind.START, AuditKind.DRIVE_END, AuditKind.END)  # the record behind one of these is a signed head
 
 
 class Problem(Message):

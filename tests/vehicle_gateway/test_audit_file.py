@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from recordings.audit.source import read_lines, readable
 from recordings.audit.verify import verify
 from vehicle_gateway.audit.file import AuditFile, audit_file, resume
-from vehicle_gateway.audit.log import KEPT_MAX, AuditLog, Signer
+from vehicle_gateway.audit.log import KEPT_MAX, AuditLog, Signer, risen
 from vehicle_gateway.audit.trail import About, Fact, Trail, entry_of
 from vehicle_gateway.authority import Authority
 from vehicle_gateway.journal import Entry
@@ -128,6 +128,18 @@ def test_a_drive_is_in_the_file_and_on_the_link_whole_and_signed(tmp_path: Path)
     assert (signed_to, problems) == (10, 0)
     assert [record.hash for record in link.said] == [json.loads(line)["hash"] for line in file.read_bytes().splitlines()]
     assert log.dropped == {}
+
+
+def test_what_the_gateway_refused_is_told_by_reason_and_by_how_much_it_has_risen(tmp_path: Path):
+    counts, file = {"command signature": 3}, tmp_path / "car.audit.jsonl"
+    with AuditFile(file) as store, log_on(Line(), store) as log:
+        log.counts = lambda: counts
+        until(lambda: "command signature" in file.read_text())
+        counts = {"command signature": 10, "command epoch": 1}
+    told = [each.entry for each in readable(read_lines(file)) if each.entry.kind is K.DROPPED]
+    assert sum(entry.times for entry in told if entry.subject == "command signature") == 10
+    assert sum(entry.times for entry in told if entry.subject == "command epoch") == 1
+    assert risen({"a": 1, "b": 5}, {"a": 1, "b": 3, "c": 2}) == {"c": 2}
 
 
 def test_the_chain_and_the_numbers_of_drives_go_on_over_restarts(tmp_path: Path):

@@ -329,7 +329,7 @@ def test_the_audit_trail_of_that_story_is_whole_and_numbers_its_drives(site: Sit
     assert {entry.configuration_sha256 for entry in starts} == {sha256(site.config.read_bytes()).hexdigest()}
 
 
-def test_stop_needs_no_lease_and_a_gateway_asked_to_end_ends_soon_and_well(around):
+def test_stop_needs_no_lease_and_a_gateway_asked_to_end_ends_soon_and_well(around, site: Site):
     tower, ecu, start = around
     process = start()
     until(lambda: tower.mode() is Mode.STANDBY)
@@ -341,11 +341,18 @@ def test_stop_needs_no_lease_and_a_gateway_asked_to_end_ends_soon_and_well(aroun
 
     until(pressed)
     until(lambda: tower.mode() is Mode.STOPPED)
+    tower.ask_lease()
+    tower.forge = True
+    until(lambda: tower.status.dropped.get("command signature", 0) > 0)
     process.send_signal(signal.SIGTERM)
     assert process.wait(timeout=5.0) == 0
     last = len(ecu.commands)
     threading.Event().wait(0.05)
     assert len(ecu.commands) == last, "somebody went on commanding the car"
+    told = [each.entry for each in readable(read_lines(audit_file(site.memory)))]
+    assert [entry.kind for entry in told[-2:]] == [AuditKind.END, AuditKind.HEAD]
+    assert any(entry.kind is AuditKind.STOP and entry.question == 17 for entry in told)
+    assert any((entry.kind, entry.subject) == (AuditKind.DROPPED, "command signature") for entry in told)
 
 
 def ended(site: Site) -> tuple[int, str]:

@@ -6,7 +6,7 @@ in order, and the drive goes on. A recorder that was not there yet is told what 
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple, Protocol
 
 from cryptography.hazmat.primitives.asymmetric import ec
@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from vehicle_gateway.audit.file import Resumed
 from vehicle_gateway.audit.trail import About, Fact, entry_of, observe, start
 from vehicle_gateway.journal import WAITING_MAX, Entry, JournalLink
-from wire.audit_chain import follow
+from wire.audit_chain import SIGNED_AT_ONCE, follow
 from wire.clock import Clock
 from wire.messages.audit import AuditEntry, AuditKind, AuditRecord
 
@@ -23,7 +23,7 @@ LOOK_S = 0.05  # how often the thread looks at cycles in which nothing was decid
 RETRY_S = 1.0  # after the disk refused
 HEAD_S = 10.0  # ours: at most so much at the end of a chain stands unsigned
 KEPT_MAX = 10_000  # records that wait for the disk or for a recorder: hours of driving
-SIGNED_AT_ONCE = (AuditKind.START, AuditKind.DRIVE_END, AuditKind.END)
+DROPPED_S = 10.0  # ours: how often it looks at what was refused; a flood is one record each time
 
 
 class AuditStore(Protocol):
@@ -66,6 +66,8 @@ class AuditLog:
         self._news, self._stop = threading.Event(), False
         self._thread = threading.Thread(target=self._run, name="audit", daemon=True)
         self.ending = "the gateway was stopped"
+        self.counts: Callable[[], dict[str, int]] = dict  # messages refused or lost so far, by reason: the gateway's own
+        self._counted, self._counted_ns = dict[str, int](), 0
         self._unseen = 0  # cycles that did not fit into the queue; the control loop counts them
         self._gave_way = 0  # records that waited too long for the disk
         self._refused = False  # by the disk, at the last try
@@ -106,6 +108,7 @@ class AuditLog:
             self._take()
             self._save(self._clock.now_ns())
         self._take()
+        self._tell_dropped(self._clock.now_ns())
         self._tell(AuditKind.END, self.ending)
         self._save(self._clock.now_ns(), last=True)
 
@@ -127,8 +130,18 @@ class AuditLog:
         while self._cycles:
             self._trail, entries = observe(self._trail, self._cycles.popleft(), self._about)
             self._add(entries)
-        if self._unsigned and self._clock.now_ns() - self._head_ns > HEAD_S * 1e9:
+        now_ns = self._clock.now_ns()
+        if now_ns - self._counted_ns > DROPPED_S * 1e9:
+            self._tell_dropped(now_ns)
+        if self._unsigned and now_ns - self._head_ns > HEAD_S * 1e9:
             self._sign()
+
+    def _tell_dropped(self, now_ns: int) -> None:
+        counted, self._counted_ns = self.counts(), now_ns
+        for reason, times in risen(self._counted, counted).items():
+            fact = Fact(kind=AuditKind.DROPPED, subject=reason, times=times)
+            self._add((entry_of(fact, self._trail, now_ns, self._about),))
+        self._counted = counted
 
     def _tell(self, kind: AuditKind, text: str, times: int = 0) -> None:
         self._add((entry_of(Fact(kind=kind, text=text, times=times), self._trail, self._clock.now_ns(), self._about),))
@@ -174,6 +187,12 @@ class AuditLog:
             while len(self._unsaved) > KEPT_MAX:
                 self._unsaved.popleft()
                 self._gave_way += 1
+
+
+def risen(before: Mapping[str, int], now: Mapping[str, int]) -> dict[str, int]:
+    """By how much each count has risen, where it has."""
+    grown = {reason: count - before.get(reason, 0) for reason, count in now.items()}
+    return {reason: more for reason, more in grown.items() if more > 0}
 
 
 class Teller:

@@ -36,6 +36,7 @@ class AuditKind(StrEnum):
     INTERVENTION_END = auto()
     FAILSAFE = auto()  # a cause is there
     FAILSAFE_END = auto()
+    DROPPED = auto()  # messages that the gateway refused or lost since it last said so, by reason
     LOST = auto()  # entries that could not be kept, and how many
     HEAD = auto()  # signed: everything up to here is as it was written
     END = auto()  # the gateway ended in order
@@ -73,7 +74,7 @@ class AuditEntry(Message):
     text: Text = ""  # in words: why, which rule refused
     epoch: Count = 0  # of the lease
     question: Count = 0  # the tower's number of a question or a STOP, the car's number of a hand-over
-    times: Count = 0  # of an end: cycles in which the rule acted, questions refused; of LOST: entries
+    times: Count = 0  # of an end: cycles in which the rule acted, questions refused; of DROPPED: messages; of LOST: entries
     lasted_s: Seconds = 0.0  # of an end: from the first to the last time
     requested: Actuation | None = None  # of an intervention: when it began; of its end: when it changed most
     applied: Actuation | None = None
