@@ -143,7 +143,7 @@ def _records(evidence: Evidence, chain: str) -> str:
 
 
 def _record(t_s: float, entry: AuditEntry) -> str:
-    lasted = f" {entry.times} times in {entry.lasted_s:.2f} s" if entry.times else ""
+    lasted = f" ({entry.times} in {entry.lasted_s:.2f} s)" if entry.times else ""
     cells = (
         str(entry.number),
         entry.kind.replace("_", " "),

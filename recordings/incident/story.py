@@ -1,6 +1,7 @@
-"""The incident in sentences, in the order of time: who drove and why, who asked what and was answered how, what stepped in. Pure.
+"""The incident in sentences: who drove and why, who asked what and was answered how, what stepped in. Pure.
 
-Every sentence is taken from one message of the recording; nothing is inferred.
+In the order of time; at one time what led to a change stands before the change. Every sentence is taken from messages of the
+recording; nothing is inferred.
 """
 
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ class Sentence(NamedTuple):
 
 
 def story_of(evidence: Evidence) -> tuple[Sentence, ...]:
-    found = (*_modes(evidence), *_requests(evidence), *_questions(evidence), *_rules(evidence), *_causes(evidence))
+    found = (*_causes(evidence), *_rules(evidence), *_requests(evidence), *_questions(evidence), *_modes(evidence))
     within = (each for each in found if -evidence.before_s <= each.t_s <= evidence.after_s)
     return tuple(sorted(within, key=lambda each: each.t_s))
 
@@ -141,12 +142,14 @@ def _commanded(evidence: Evidence) -> str:
 
 
 def _saw(evidence: Evidence) -> str:
-    age = newest(picture_ages(evidence), 0.0)
+    told = [each for each in picture_ages(evidence) if each[0] <= 0.0]
     known = newest(evidence.windows, 0.0)
     frozen = "The window said FROZEN." if known is not None and known.frozen else ""
-    if age is None:
+    if not told:
         return frozen
-    return f"The operator's required picture was {age:.0f} ms old by the last command. {frozen}".strip()
+    arrived_s, age_ms = told[-1]
+    taken = f"The operator's required picture had been taken {age_ms - arrived_s * 1e3:.0f} ms before T"
+    return f"{taken}; the command that says so arrived {-arrived_s * 1e3:.0f} ms before T. {frozen}".strip()
 
 
 def _linked(evidence: Evidence) -> str:

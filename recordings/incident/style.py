@@ -47,7 +47,7 @@ figcaption{padding:5px 9px;font-size:12.5px;line-height:1.35;border-top:1px soli
 .object{fill:#6b7280;stroke:#111}.object.person{fill:#dc2626}.object.cone{fill:#f97316}.object.barrier{fill:#7c2d12}.object.vehicle{fill:#4338ca}
 .doubt{fill:#111;fill-opacity:.1}.moving{fill:none;stroke:#111;stroke-width:1.5}.place{fill:#fbbf24;stroke:#92400e}
 svg .object-name{font-size:12px}.car{fill:#1f2937}.nose{fill:#fff}.scale{stroke:var(--ink);stroke-width:2}
-@media print{body{background:#fff}main{padding:0;max-width:none}h2{break-after:avoid}tr,figure,.at{break-inside:avoid}
-.axis{max-height:24cm}}
+@media print{body{background:#fff}main{padding:0;max-width:none}h2,h3{break-after:avoid}tr,figure,.at{break-inside:avoid}
+.axis{max-height:17.5cm}}
 @page{size:A4 landscape;margin:12mm}
 """

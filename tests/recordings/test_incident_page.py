@@ -216,6 +216,7 @@ def test_it_says_what_held_at_t(page: str):
         "The car was in SAFE STOP (the gateway brakes), because of: came to safe_stop.",
         "It went 9.0 km/h (2.50 m/s), the cap was 29.9 km/h, gear drive.",
         "anna used keyboard",
+        "picture had been taken 800 ms before T; the command that says so arrived 520 ms before T.",
         "<dt>remote drive</dt><dd>3</dd>",
         "114.000 s, boot boot",
         "3 records, chain whole, signed up to record 3, 0 behind it",
@@ -230,8 +231,8 @@ def test_it_tells_what_happened_in_the_order_of_time_with_what_was_asked_for_and
         (-6.5, "asked"),
         (-6.0, "mode"),
         (-4.0, "rule"),
-        (0.0, "mode"),
         (0.0, "cause"),
+        (0.0, "mode"),
         (2.0, "mode"),
     ]
     by_kind = {kind: words for _, kind, words in told}
