@@ -83,7 +83,7 @@ def checksum_by_hand(frame: Frame) -> int:
 
 
 @pytest.mark.parametrize("name", NAMES)
-@settings(deadline=None)  # a busy machine is no error
+@settings(deadline=None, max_examples=40)  # a busy machine is no error; twelve messages each
 @given(data=st.data())
 def test_packing_is_what_cantools_packs_and_reading_it_gives_the_same_back(name, data):
     layout, message = LAYOUTS[name], database().get_message_by_name(name)
@@ -97,7 +97,7 @@ def test_packing_is_what_cantools_packs_and_reading_it_gives_the_same_back(name,
 
 
 @pytest.mark.parametrize("name", NAMES)
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(data=st.data())
 def test_any_payload_is_read_as_cantools_reads_it_or_dropped_for_the_right_reason(name, data):
     layout, message = LAYOUTS[name], database().get_message_by_name(name)

@@ -190,7 +190,7 @@ def test_it_sets_off_steers_and_stops_by_itself_when_the_tower_falls_silent():
     assert drive.car.steering_deg == pytest.approx(0.02 * 14.3 * DEG_PER_RAD, abs=0.06)
     assert drive.state.feedback.yaw_rate_rad_s == pytest.approx(drive.car.speed_m_s * tan(0.02) / 2.69, rel=0.05)
     drive.silent = True
-    drive.run(6.0)
+    drive.run(4.0)
     assert drive.modes[-2:] == [Mode.SAFE_STOP, Mode.STOPPED]
     assert drive.car.speed_m_s == 0.0
     assert min(drive.car.asked) >= -3.5 and max(drive.car.asked) <= 1.5
@@ -212,7 +212,7 @@ def test_a_person_at_the_controls_or_a_fault_of_the_car_ends_in_a_safe_stop_and_
     drive.car.values[message] = values
     drive.run(0.3)
     assert drive.mode is Mode.SAFE_STOP
-    drive.run(6.0)
+    drive.run(3.0)
     assert before > 1.0 and drive.car.speed_m_s == 0.0
     assert drive.mode is Mode.STOPPED and Mode.LOCAL_DRIVER not in drive.modes
 
