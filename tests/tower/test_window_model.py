@@ -20,6 +20,7 @@ from tower.window.picture_layout import Box
 from tower.window.sights import Sights
 from tower.window.view_model import view_model
 from tower.window.views import Tone
+from wire.configuration import read_sections, shipped
 from wire.latest import Received
 from wire.messages.automation import AutonomyStatus, Doubt, Reason, RoadMap, Scene, TakeoverRequest
 from wire.messages.base import Gear, Lights, Wipers
@@ -174,6 +175,20 @@ def test_a_stale_status_says_that_there_is_no_link_and_never_who_drives(mode: Mo
 
 def test_before_the_first_status_the_window_waits() -> None:
     assert view_model(sights(None)).banner.look == WAITING
+
+
+def test_the_car_that_is_waited_for_or_held_is_named() -> None:
+    """There may be several to choose from."""
+    assert view_model(sights(None, vehicle_id="car-7")).banner.cause == "Nothing heard of car-7 yet"
+    known = {"description": read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]}
+    held = view_model(sights(status(Mode.STANDBY, lease_holder="Anna", lease_epoch=3), **known)).operator
+    assert held.lease == "Lease of simulated-1 held"
+    other = view_model(sights(status(Mode.STANDBY, lease_holder="Bob", lease_epoch=4), **known)).operator
+    assert other.lease == "Lease of simulated-1 held by Bob"
+
+
+def test_a_car_that_stands_says_why_without_saying_twice_that_it_stands() -> None:
+    assert view_model(sights(status(Mode.STOPPED, cause="stands: the picture froze"))).banner.cause == "The picture froze"
 
 
 def test_no_two_looks_share_words_and_pattern_or_colour_and_pattern() -> None:

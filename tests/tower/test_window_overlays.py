@@ -1,9 +1,15 @@
-"""Where the tag of a side picture stands."""
+"""Where the tag of a side picture stands, and the words beneath the tab that says who drives."""
 
+import pygame
 import pytest
 
+from tower.window.banner import draw_subtitle
+from tower.window.fonts import Type
+from tower.window.ink import Ink
+from tower.window.looks import WAITING
 from tower.window.overlays import tag_box
 from tower.window.picture_layout import Box
+from tower.window.views import BannerView, Tone
 
 LEFT = Box(0, 100, 240, 500)
 
@@ -20,3 +26,18 @@ LEFT = Box(0, 100, 240, 500)
 )
 def test_the_tag_of_a_side_picture_stands_where_no_panel_covers_it(panels: list[Box], top: int) -> None:
     assert tag_box(LEFT, 1.0, panels) == Box(25, top, 190, 34)
+
+
+@pytest.mark.parametrize(
+    ("hint", "lines"),
+    [
+        ("", 1),
+        ("Hold Shift, Enter: you drive", 1),
+        ("3 stops in ten minutes: a supervisor has to release the car", 2),
+    ],
+)
+def test_what_to_do_has_a_line_of_its_own_where_it_does_not_fit_beside_why(hint: str, lines: int) -> None:
+    surface = pygame.Surface((660, 62), pygame.SRCALPHA)
+    view = BannerView(look=WAITING, cause="The operator has no new picture", hint=hint, tone=Tone.BAD)
+    draw_subtitle(Ink(surface, 1.0, Type()), view)
+    assert (surface.get_bounding_rect().height > 45) is (lines == 2)

@@ -4,6 +4,7 @@ from math import pi
 
 from tower.window.fonts import BOLD, REGULAR
 from tower.window.ink import XY, Ink, arc
+from tower.window.layout import SUBTITLE_H
 from tower.window.looks import Look
 from tower.window.palette import DIM, PANEL, TEXT, TONES, Rgba
 from tower.window.signs import SIGNS
@@ -35,20 +36,28 @@ def _hanging(left: float, wide: float, high: float, radius: float) -> list[XY]:
     ]
 
 
+_SIZE, _GAP, _PAD, _LINE = 18.0, 24.0, 18.0, 36.0  # of the words beneath the tab
+
+
 def draw_subtitle(ink: Ink, view: BannerView) -> None:
-    """Cause and hint in one calm line beneath the tab."""
-    if not view.cause and not view.hint:
+    """Cause and hint beneath the tab, in one calm line or, where it is too short for both, in one each: neither is cut off."""
+    wide, _ = ink.size
+    room = wide - 2 * _PAD
+    cause, hint = (min(ink.text_width(text, _SIZE), room) if text else 0.0 for text in (view.cause, view.hint))
+    colour = DIM if view.tone is Tone.CALM else TONES[view.tone]
+    lines = [(view.cause, cause, colour), (view.hint, hint, TEXT)]
+    if cause and hint and cause + _GAP + hint > room:
+        broad = max(cause, hint)
+        ink.box((wide - broad) / 2 - _PAD, 0, broad + 2 * _PAD, SUBTITLE_H, PANEL, _LINE / 2)
+        for number, (text, width, tint) in enumerate(lines):
+            ink.text(text, wide / 2, 23.5 + number * 26, _SIZE, tint, REGULAR, "centre", room=width + 2)
         return
-    wide, high = ink.size
-    size, gap, pad = 18.0, 24.0, 18.0
-    cause = min(ink.text_width(view.cause, size), wide - 2 * pad) if view.cause else 0.0
-    room = wide - 2 * pad - (cause + gap if cause else 0.0)
-    hint = min(ink.text_width(view.hint, size), room) if room > 60 else 0.0
-    total = cause + hint + (gap if cause and hint else 0.0)
+    total = cause + hint + (_GAP if cause and hint else 0.0)
+    if not total:
+        return
     left = (wide - total) / 2
-    ink.box(left - pad, 0, total + 2 * pad, high, PANEL, high / 2)
-    ink.text(view.cause, left, high / 2 + 6.5, size, DIM if view.tone is Tone.CALM else TONES[view.tone], REGULAR, room=cause + 2)
+    ink.box(left - _PAD, 0, total + 2 * _PAD, _LINE, PANEL, _LINE / 2)
+    ink.text(view.cause, left, _LINE / 2 + 6.5, _SIZE, colour, REGULAR, room=cause + 2)
     if cause and hint:
-        ink.disc(left + cause + gap / 2, high / 2 + 0.5, 2.0, DIM)
-    if hint:
-        ink.text(view.hint, left + total - hint, high / 2 + 6.5, size, TEXT, REGULAR, room=hint + 2)
+        ink.disc(left + cause + _GAP / 2, _LINE / 2 + 0.5, 2.0, DIM)
+    ink.text(view.hint, left + total - hint, _LINE / 2 + 6.5, _SIZE, TEXT, REGULAR, room=hint + 2)

@@ -91,10 +91,11 @@ class DisplayLoop:
         writer: SnapshotWriter,
         player: Player,
         clock: Clock,
+        vehicle_id: str = "",
         replay: str = "",
         checklist: bool = False,
     ) -> None:
-        self._recording = recording
+        self._recording, self._vehicle_id = recording, vehicle_id
         self._link, self._video, self._screen = link, video, screen
         self._writer, self._player, self._clock = writer, player, clock
         self._replay = ReplayMark(replay) if replay else None
@@ -268,6 +269,7 @@ class DisplayLoop:
             log=self._log,
             road_map=road_map.message if road_map is not None else None,
             description=description.message if description is not None else None,
+            vehicle_id=self._vehicle_id,
             keys=self._keys,
             focus=self._screen.focus or not self._screen.has_display,
             recording=self._recording,

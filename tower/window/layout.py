@@ -12,6 +12,7 @@ from tower.window.picture_layout import ASSUMED, FRONT, Box, Shape, places
 __all__ = ["Box", "Layout", "layout"]
 DESIGN_W, DESIGN_H = 1280.0, 720.0
 FRAME = 12.0  # thickness of the coloured frame
+SUBTITLE_H = 62.0  # of two lines
 MARGIN = 26.0  # of panels to the window's edge
 _SMALLEST = 0.15  # scale below which nothing could be read or drawn
 
@@ -54,7 +55,7 @@ def layout(width_px: int, height_px: int, shapes: Mapping[str, Shape] = ASSUMED)
         scale=scale,
         pictures=pictures,
         tab=box(middle - 210, 0, 420, 58),
-        subtitle=box(middle - 330, 66, 660, 36),
+        subtitle=box(middle - 330, 66, 660, SUBTITLE_H),
         card=box(middle - 320, 68, 640, 197),
         operator=box(MARGIN, MARGIN, 280, 170),
         link=box(wide - MARGIN - 280, MARGIN, 280, 182),
@@ -62,7 +63,7 @@ def layout(width_px: int, height_px: int, shapes: Mapping[str, Shape] = ASSUMED)
         controls=box(middle - 220, low - 92, 440, 92),
         map=box(wide - MARGIN - 248, low - 214, 248, 214),
         briefing=box(MARGIN, MARGIN + 178, 262, 274),
-        help=box(MARGIN, MARGIN, 322, 448),
+        help=box(MARGIN, MARGIN, 354, 448),
         toast=box(middle - 340, low - 92 - 48, 680, 40),
         end=box(middle - 290, high / 2 - 202, 580, 404),
         clear_zone=_clear_zone(pictures[FRONT]),

@@ -63,9 +63,9 @@ def draw_toast(ink: Ink, text: str) -> None:
 
 def draw_help(ink: Ink) -> None:
     wide, high = ink.size
-    ink.box(0, 0, wide, high, (*PANEL[:3], 232), 14)
+    ink.box(0, 0, wide, high, (*PANEL[:3], 250), 14)
     row = (high - 26) / len(BINDINGS)
     for i, binding in enumerate(BINDINGS):
         y = 13 + row * (i + 0.72)
         ink.text(binding.label, 16, y, 16, TEXT, MEDIUM, room=86)
-        ink.text(binding.control.value, 106, y, 16, DIM, REGULAR, room=206)
+        ink.text(binding.control.value, 106, y, 16, DIM, REGULAR, room=238)

@@ -36,6 +36,7 @@ class Sights:
     scene: Received[Scene] | None = None
     road_map: RoadMap | None = None
     description: VehicleDescription | None = None
+    vehicle_id: str = ""  # of the car that is waited for, as configured
     pictures: Mapping[str, PictureSeen] = field(default_factory=dict)  # newest capture stamp by camera
     rear_wanted: bool = False
     history: tuple[Sample, ...] = ()

@@ -93,9 +93,11 @@ def _banner(sights: Sights, has_card: bool) -> BannerView:
     status = sights.status.message if sights.status is not None else None
     mode = known_mode(sights.status, sights.now_ns)
     if mode is None or status is None:
-        silent_s = 0.0 if sights.status is None else (sights.now_ns - sights.status.received_ns) / 1e9
-        old = "" if sights.status is None else f"Nothing from the car for {seconds(silent_s)}"
-        return BannerView(look=look, cause=old, hint="", tone=Tone.BAD if old else Tone.CALM)
+        if sights.status is None:
+            yet = f"Nothing heard of {sights.vehicle_id} yet" if sights.vehicle_id else ""
+            return BannerView(look=look, cause=yet, hint="", tone=Tone.CALM)
+        silent_s = (sights.now_ns - sights.status.received_ns) / 1e9
+        return BannerView(look=look, cause=f"Nothing from the car for {seconds(silent_s)}", hint="", tone=Tone.BAD)
     if has_card:
         return BannerView(look=look, cause="", hint="", tone=Tone.CALM)
     stopping = look.driver is Driver.STOPPING or mode is Mode.STOPPED

@@ -47,6 +47,7 @@ def run(config: Path, stop: threading.Event) -> int:
     ):
         loop = DisplayLoop(
             recording=Path(wire.session.folder).name,
+            vehicle_id=wire.link.vehicle_id,
             full_screen=settings.full_screen,
             replay=settings.replay,
             checklist=settings.checklist and sections["tower"].cockpit.device != "scripted" and not settings.replay,
