@@ -94,11 +94,11 @@ class Finder:
         seen, note = nodes(self._root), ""
         for node in wanted_nodes(seen, self._saved):
             known = self._devices.get(node.path)
-            if known is not None and not known.unplugged:
-                wrong = known.look(self._clock.now_ns())
-                note = f"{known.name}: {wrong}" if wrong else note
-                continue
             try:
+                if known is not None and not known.unplugged:
+                    wrong = known.look(self._clock.now_ns())
+                    note = f"{known.name}: {wrong}" if wrong else note
+                    continue
                 device = self._open(node)
             except PermissionError:
                 note = f"{node.name}: no permission for {node.path}; {UDEV_FIX}"

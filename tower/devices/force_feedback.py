@@ -59,7 +59,8 @@ class Forces:
         """Start again what has ended, when it is time. In words what is wrong; "" when nothing is. Raises OSError."""
         self._revival, start = looked(self._revival, self._running.ended and not self._closed, now_ns)
         if start:
-            self._running.close()
+            # The old pipe is closed with its last reference: closed here, `feel` in the loop's thread might be about to write to a
+            # descriptor that means something else by then.
             self._running = self._start()
             if self._closed:  # in another thread, meanwhile
                 self._running.close()
