@@ -29,6 +29,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.identity import signer_of
 from wire.link import open_link
+from wire.link_threads import beneath
 from wire.pace import Pace
 from wire.process import run_until_stopped
 from wire.settings import WireSettings
@@ -76,7 +77,9 @@ def main() -> int:
         sections = read_sections(path, {"wire": WireSettings, "tower": TowerSettings, "haptics": HapticsSettings})
         wire: WireSettings = sections["wire"]
         clock = Clock(wire.clock.tower_offset_ns)
-        with open_link(wire.link, Role.TOWER_HUB, clock, stop, hub=True) as link, Asker(link.ask, clock) as asker:
+        served = beneath(wire.pace.fifo_priority)
+        link_of_hub = open_link(wire.link, Role.TOWER_HUB, clock, stop, hub=True, fifo_priority=served)
+        with link_of_hub as link, Asker(link.ask, clock) as asker:
             settings = sections["tower"].cockpit
             signer = signer_of(folder_of(wire.link.certificates), Role.TOWER_HUB)
             cockpit = Cockpit(settings, sections["haptics"], link, asker, secrets.token_hex(8), signer.sign, Plugged(wheel))

@@ -31,6 +31,7 @@ from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
+from wire.link_threads import beneath
 from wire.load import stolen_s
 from wire.logs import fields
 from wire.messages.operating import ClockPing, ClockPong
@@ -65,23 +66,24 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     remembered = recall(file)
     clock = Clock()
     boot_id = secrets.token_hex(8)
+    fifo, served = wire.pace.fifo_priority, beneath(wire.pace.fifo_priority)
     with (
         Memory(file) as memory,
-        open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True) as link,
+        open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True, fifo_priority=served) as link,
         Verifier(link_settings, utc_minus_monotonic_ns()) as verifier,
     ):
         inbox = Inbox(link, boot_id, verifier, clock, car)
         with (
-            Journal(link, sections["vehicle"], settings.limits) as journal,
+            Journal(link, sections["vehicle"], settings.limits, served) as journal,
             open_audit(link, audit_file(file), config, wire.link, boot_id, settings.map_origin, clock) as audit,
-            open_car(settings.can, car, inbox, clock, wire.pace.fifo_priority) as bus,
+            open_car(settings.can, car, inbox, clock, fifo) as bus,
         ):
             gateway = Gateway(link, bus, inbox, memory, journal, audit, clock, sections["vehicle"], settings, remembered, car)
             can = f"{settings.can.interface} {settings.can.channel}"
             where = {"hub": wire.link.car_hub, "can": can, "boot_id": boot_id}
             log.info("started", extra=fields(vehicle=wire.link.vehicle_id, **where))
             with notifier() as manager:
-                return gateway.run(stop, wire.pace.fifo_priority, manager)
+                return gateway.run(stop, fifo, manager)
 
 
 def open_car(settings: CanSettings, car: CarBus, inbox: Inbox, clock: Clock, fifo_priority: int) -> AbstractContextManager[Bus]:

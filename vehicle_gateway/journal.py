@@ -15,6 +15,7 @@ from vehicle_gateway.replay import START_EVERY, Start, told
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State
 from wire.messages.base import Message, encode
 from wire.messages.vehicle import GatewayCycle, VehicleDescription
+from wire.pace import raise_priority
 
 WAITING_MAX = 2500  # cycles: ten seconds at 250 Hz
 
@@ -39,8 +40,10 @@ class Entry(NamedTuple):
 class Journal:
     """A context manager; leaving it publishes what still waits, for at most a second."""
 
-    def __init__(self, link: JournalLink, vehicle: VehicleDescription, limits: GatewayLimits) -> None:
+    def __init__(self, link: JournalLink, vehicle: VehicleDescription, limits: GatewayLimits, fifo_priority: int = 0) -> None:
+        """fifo_priority: of its thread. It takes the interpreter's lock, for which the loop of the gateway would wait."""
         self._link, self._vehicle, self._limits = link, vehicle, limits
+        self._fifo_priority = fifo_priority
         self._heard = 0  # number of the last cycle that somebody heard
         self._waiting: deque[Entry] = deque()
         self._news = threading.Event()
@@ -65,6 +68,7 @@ class Journal:
         self._news.set()
 
     def _run(self) -> None:
+        raise_priority(self._fifo_priority)
         while not self._stop or self._waiting:
             self._news.wait()
             self._news.clear()

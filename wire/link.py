@@ -16,6 +16,7 @@ import zenoh
 from wire.clock import Clock
 from wire.endpoint import Endpoint
 from wire.latest import EventQueue, Latest
+from wire.link_threads import Known, receive_on_one_thread, threads_with
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
 from wire.order import Newest, has_room, is_old, is_ordered, stream_of
 from wire.reach import told_why
@@ -28,6 +29,7 @@ from wire.transport import session_configuration, tls_of, warn_of_unnamed
 _TRIES_BEFORE_TOLD = 5  # of about a second each
 _CLOSE_PATIENCE_S = 1.0
 _MESSAGE_MAX_BYTES = 1_000_000  # ours: ten times the largest message seen (one IDR picture)
+_KNOWN = Known()
 
 _TRAVEL: dict[Travel, tuple[zenoh.Priority, zenoh.Reliability, zenoh.CongestionControl]] = {
     Travel.COMMAND: (zenoh.Priority.REAL_TIME, zenoh.Reliability.BEST_EFFORT, zenoh.CongestionControl.DROP),
@@ -44,17 +46,26 @@ class Stopped(Exception):
 
 @contextmanager
 def open_link(
-    settings: LinkSettings, role: Role, clock: Clock, stop: threading.Event, *, hub: bool = False, waits: bool = True
+    settings: LinkSettings,
+    role: Role,
+    clock: Clock,
+    stop: threading.Event,
+    *,
+    hub: bool = False,
+    waits: bool = True,
+    fifo_priority: int = 0,
 ) -> Iterator["Link"]:
     """The link of one process; leaving the context closes it.
 
     A client waits for its hub until `stop` is set (raises Stopped). A hub raises LinkError at once when its port is taken.
     waits  whether a hub can be joined by others; one that only looks at other sites need not take a port
+    fifo_priority  of the library's threads, where the system allows it (wire.link_threads); 0: as everybody else
     """
     configuration = session_configuration(settings, role, hub, waits)
     site = site_of(role)
     places = dialled(settings, site) if hub else ()
-    session = _open_hub(configuration, settings, site) if hub else _open_client(configuration, stop, own_hub(settings, site))
+    with threads_with(fifo_priority):
+        session = _open_hub(configuration, settings, site) if hub else _open_client(configuration, stop, own_hub(settings, site))
     if hub and waits:
         warn_of_unnamed(settings, role)
     link = Link(session, settings.vehicle_id, role, clock)
@@ -89,6 +100,7 @@ def _open_hub(configuration: zenoh.Config, settings: LinkSettings, site: str) ->
 
 
 def _open_client(configuration: zenoh.Config, stop: threading.Event, hub: Endpoint) -> zenoh.Session:
+    receive_on_one_thread()
     tries = 0
     while not stop.is_set():
         try:
@@ -206,6 +218,7 @@ class Link:
 
         def receive(sample: zenoh.Sample) -> None:
             received_ns = self._clock.now_ns()
+            _ = _KNOWN.here
             payload = sample.payload
             if len(payload) > _MESSAGE_MAX_BYTES:
                 self.dropped[f"{name} too large"] += 1

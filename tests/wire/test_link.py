@@ -149,6 +149,17 @@ def test_every_stop_arrives_once_and_in_order(world: World):
     assert [stop.number for stop in stops if stop.operator == "ann"] == list(range(2, 52))
 
 
+def test_python_keeps_what_it_knows_of_a_thread_that_brings_messages(world: World):
+    kept, counts = threading.local(), [0]
+
+    def count(_: TowerStop, __: int) -> None:
+        kept.messages = getattr(kept, "messages", 0) + 1
+        counts.append(kept.messages)
+
+    world.joined().car.on("tower_stop", count)
+    until(lambda: max(counts) >= 3, lambda: world.tower.publish("tower_stop", TowerStop(number=1, sent_ns=1, operator="kept")))
+
+
 def test_the_car_s_answer_to_a_question_comes_back_and_silence_is_none(world: World):
     world.joined()
     answers: list[Any] = []

@@ -41,6 +41,7 @@ from wire.configuration import read_sections
 from wire.identity import signer_of
 from wire.latest import Latest
 from wire.link import Link, open_link
+from wire.link_threads import beneath
 from wire.load import stolen_s
 from wire.messages.operating import ClockPing, TowerStop
 from wire.messages.session import Action, HandOverReply, LeaseReply, LeaseRequest, Outcome
@@ -69,7 +70,7 @@ def run(config: Path, stop: threading.Event) -> int:
     saved = store.load(store.folder())
     with (
         Finder(saved, lambda node: opened(node, saved, haptics.force_feedback)) as finder,
-        open_link(wire.link, role, clock, stop, hub=True) as link,
+        open_link(wire.link, role, clock, stop, hub=True, fifo_priority=beneath(wire.pace.fifo_priority)) as link,
         Asker(link.ask, clock) as asker,
     ):
         signer = signer_of(folder_of(wire.link.certificates), role)  # of the link: both end together, and the car knows when

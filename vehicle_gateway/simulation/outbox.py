@@ -10,6 +10,7 @@ from collections import Counter, deque
 from wire.clock import Clock
 from wire.link import Stopped, open_link
 from wire.messages.base import Message
+from wire.pace import raise_priority
 from wire.settings import LinkSettings
 from wire.topics import Role
 from wire.transport import session_configuration
@@ -21,10 +22,14 @@ _JOIN_S = 1.5  # longer than one attempt of the link to reach its hub; the threa
 class Outbox:
     """Context manager. `put` never blocks and never raises."""
 
-    def __init__(self, settings: LinkSettings, role: Role, clock: Clock) -> None:
-        """Raises LinkError when the certificates are missing."""
+    def __init__(self, settings: LinkSettings, role: Role, clock: Clock, fifo_priority: int = 0) -> None:
+        """Raises LinkError when the certificates are missing.
+
+        fifo_priority  of its thread, which takes the interpreter's lock while it encodes: the loop would wait for it
+        """
         session_configuration(settings, role, hub=False)
         self._settings, self._role, self._clock = settings, role, clock
+        self._fifo_priority = fifo_priority
         self._waiting: deque[tuple[str, Message]] = deque(maxlen=_WAITING_MAX)
         self._news = threading.Event()
         self._stop = threading.Event()
@@ -38,6 +43,7 @@ class Outbox:
         self._news.set()
 
     def _publish(self) -> None:
+        raise_priority(self._fifo_priority)
         try:
             with open_link(self._settings, self._role, self._clock, self._stop) as link:
                 self._waiting.clear()  # what was said before anybody could hear it is stale

@@ -39,6 +39,7 @@ from vehicle_gateway.simulation.world import (
 from wire.clock import Clock
 from wire.configuration import ConfigurationError, read_sections
 from wire.latest import Latest
+from wire.link_threads import beneath
 from wire.messages.base import encode
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
@@ -72,7 +73,7 @@ def run(config: Path, stop: threading.Event) -> int:
     clock, demands = Clock(), Demands()
     with (
         _referee_log(wire.session.folder) as log,
-        Outbox(wire.link, Role.SIMULATE, clock) as outbox,
+        Outbox(wire.link, Role.SIMULATE, clock, beneath(wire.pace.fifo_priority)) as outbox,
         open_bus(gateway.can, "actuator", demands.on_frame, clock, fifo_priority=wire.pace.fifo_priority) as bus,
         Pace(PERIOD_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace,
     ):

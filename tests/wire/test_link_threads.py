@@ -1,0 +1,54 @@
+"""Who inherits a priority, and that nobody else does. What needs SCHED_FIFO is skipped where the system does not allow it."""
+
+import os
+import threading
+
+import pytest
+
+from wire.link_threads import beneath, threads_with
+
+ALLOWED = hasattr(os, "sched_setscheduler")
+if ALLOWED:
+    with threads_with(1):
+        ALLOWED = os.sched_getscheduler(0) == os.SCHED_FIFO
+needs_fifo = pytest.mark.skipif(not ALLOWED, reason="this system does not allow SCHED_FIFO")
+
+
+def of_a_new_thread() -> tuple[int, int]:
+    """Policy and priority that a thread started now has."""
+    seen: list[tuple[int, int]] = []
+    thread = threading.Thread(target=lambda: seen.append((os.sched_getscheduler(0), os.sched_getparam(0).sched_priority)))
+    thread.start()
+    thread.join()
+    return seen[0]
+
+
+@pytest.mark.parametrize(("loop", "served"), [(0, 0), (1, 1), (2, 1), (10, 9), (50, 49)])
+def test_what_serves_a_loop_stands_one_below_it_and_never_becomes_plain(loop: int, served: int):
+    assert beneath(loop) == served
+
+
+@needs_fifo
+def test_a_thread_started_inside_has_the_priority_and_so_have_those_that_it_starts():
+    grandchild: list[tuple[int, int]] = []
+    with threads_with(3):
+        assert of_a_new_thread() == (os.SCHED_FIFO, 3)
+        child = threading.Thread(target=lambda: grandchild.append(of_a_new_thread()))
+        child.start()
+    child.join()
+    assert grandchild == [(os.SCHED_FIFO, 3)]
+
+
+@pytest.mark.parametrize("priority", [0, 3, 1000])
+def test_the_calling_thread_is_afterwards_as_it_was_before(priority: int):
+    before = (os.sched_getscheduler(0), os.sched_getparam(0).sched_priority)
+    with threads_with(priority):
+        pass
+    assert (os.sched_getscheduler(0), os.sched_getparam(0).sched_priority) == before
+    assert of_a_new_thread() == before
+
+
+@pytest.mark.parametrize("priority", [0, 1000])
+def test_without_a_priority_or_with_one_that_is_refused_threads_are_plain(priority: int):
+    with threads_with(priority):
+        assert of_a_new_thread()[0] == os.SCHED_OTHER
