@@ -12,6 +12,7 @@ from can.interfaces.udp_multicast.utils import unpack_message
 
 from vehicle_gateway.can.bus import Bus, _pack, _unpack, open_bus
 from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.own_frames import spare_own_frames
 from vehicle_gateway.can.settings import CanSettings
 from wire.clock import Clock
 from wire.configuration import ConfigurationError
@@ -185,3 +186,17 @@ def test_a_reader_may_close_its_own_bus():
     transport.readings = 2
     opened.put(Bus(transport, on_frame, Clock(), 0, None))
     assert closed.get(timeout=ARRIVES_S)
+
+
+def test_what_a_socket_has_sent_itself_does_not_come_back_to_its_receiver_and_all_else_does():
+    with ExitStack() as stack:
+        receiver, own, same_port, other = (stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(4))
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(ARRIVES_S)
+        own.bind(("127.0.0.1", 0))
+        same_port.bind(("127.0.0.2", own.getsockname()[1]))
+        if not spare_own_frames(receiver, own.getsockname()):
+            pytest.skip("this system cannot filter datagrams")
+        for sender, said in ((own, b"own"), (same_port, b"same port"), (own, b"own"), (other, b"other")):
+            sender.sendto(said, receiver.getsockname())
+        assert [receiver.recv(64) for _ in range(2)] == [b"same port", b"other"]

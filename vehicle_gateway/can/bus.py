@@ -21,6 +21,7 @@ from typing import Any, Protocol
 import msgpack  # type: ignore[import-untyped]
 
 from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.own_frames import spare_own_frames
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.can.socketcan import SocketCan
 from vehicle_gateway.can.transmit import Permit, Sending, admit
@@ -157,6 +158,7 @@ def _place(settings: CanSettings, bus: str) -> tuple[str, int]:
 class _Multicast:
     def __init__(self, group: str, port: int, hop_limit: int) -> None:
         self._to = (group, port)
+        self._timeout_s = 0.0  # of the kernel's: none
         self._in = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -173,15 +175,20 @@ class _Multicast:
         )
         self._out.bind((LOOPBACK, 0))
         self._own = self._out.getsockname()
+        spare_own_frames(self._in, self._own)
         self._out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(LOOPBACK))
         self._out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, hop_limit)
         self._out.setblocking(False)
 
     def receive(self, timeout_s: float) -> Frame | None:
-        self._in.settimeout(timeout_s)
+        if timeout_s != self._timeout_s:
+            self._timeout_s = timeout_s
+            self._in.setsockopt(
+                socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", *divmod(round(timeout_s * 1e6), 1_000_000))
+            )
         try:
-            data, sender = self._in.recvfrom(4096)
-        except TimeoutError:
+            data, sender = self._in.recvfrom(4096)  # one call into the kernel; a time-out of Python's would make it three
+        except BlockingIOError:
             return None
         if sender == self._own or not sender[0].startswith("127."):
             return None
