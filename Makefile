@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-kernel drives check setup faults test-foxglove scenarios bench format clean
+.PHONY: demo test test-deep test-kernel drives check setup faults test-foxglove scenarios bench format clean
 
 demo: setup
 	$(BIN)/tower demo $(ARGS)
@@ -19,6 +19,10 @@ endif
 # Whole drives that take a minute and more each; not part of `make test`.
 drives: setup
 	$(BIN)/pytest -m long $(ARGS)
+
+# Thousands of made-up stories of one gateway among enemies (a quarter of an hour).
+test-deep: setup
+	$(BIN)/pytest -m deep tests/safety $(ARGS)
 
 # Boots Debian's kernel in QEMU (into .kernel/, once) for what needs SocketCAN, uinput or netem.
 test-kernel: setup
