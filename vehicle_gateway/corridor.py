@@ -5,7 +5,8 @@ The automation's scene brings a path that was checked against road edge and stan
 is no longer free is for `free_way` to say, in every cycle.
 """
 
-from itertools import repeat
+from collections.abc import Sequence
+from itertools import accumulate, repeat
 from math import atan2, cos, dist, hypot, sin
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ class Corridor(Message):
     points: tuple[tuple[float, float], ...] = ()  # odometry frame, from the car on
     checked_ns: TimeNs = 0
     free: Count | None = None  # so many points of it are clear of standing things; None: all
+    along_m: tuple[Length, ...] = ()  # of each point, from the first one; () in what was recorded before there was this
 
 
 class Shift(NamedTuple):
@@ -70,7 +72,13 @@ def shift_of(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_rad_s:
 
 def keep_corridor(scene: Scene, shift: Shift) -> Corridor:
     """The scene's corridor in the odometry frame."""
-    return Corridor(points=tuple(shift.point(x, y) for x, y in scene.stopping_corridor), checked_ns=scene.stamp_ns)
+    points = tuple(shift.point(x, y) for x, y in scene.stopping_corridor)
+    return Corridor(points=points, checked_ns=scene.stamp_ns, along_m=along_of(points))
+
+
+def along_of(points: Sequence[tuple[float, float]]) -> tuple[float, ...]:
+    """How far each point lies along the line from the first."""
+    return tuple(accumulate(map(dist, points, points[1:]), initial=0.0)) if points else ()
 
 
 class Pursuit(Message):
@@ -83,6 +91,23 @@ def usable(corridor: Corridor, odometry: Odometry, speed_m_s: float, now_ns: int
     if not corridor.points or speed_m_s < 0.0 or now_ns - corridor.checked_ns > USABLE_NS:
         return False
     return min(map(dist, corridor.points, repeat((odometry.x_m, odometry.y_m)))) <= BESIDE_MAX_M
+
+
+def remaining_m(corridor: Corridor, odometry: Odometry, free: int | None) -> float | None:
+    """How much of a usable corridor is left before the car, as far as it is free; None when the car is beyond its end.
+
+    As `pursue` has it, for every cycle: only the points about the car are looked at.
+    """
+    points, (x0, y0) = corridor.points, (odometry.x_m, odometry.y_m)
+    c, s = cos(odometry.heading_rad), sin(odometry.heading_rad)
+    distances = list(map(dist, points, repeat((x0, y0))))
+    nearest = distances.index(min(distances))
+    ahead = (at for at in range(nearest, len(points)) if (points[at][0] - x0) * c + (points[at][1] - y0) * s > 0.0)
+    first, end = next(ahead, None), len(points) if free is None else free
+    if first is None:
+        return None
+    along_m = corridor.along_m or along_of(points)
+    return distances[first] + along_m[end - 1] - along_m[first] if first < end else 0.0
 
 
 def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m: float, free: int | None = None) -> Pursuit | None:

@@ -8,7 +8,6 @@ from msgspec.structs import replace
 
 from vehicle_gateway.answers import answer_hand_overs, answer_leases
 from vehicle_gateway.authority import IN_ORDER, Event, Source, brakes_held, driving_source, next_authority
-from vehicle_gateway.corridor import pursue, usable
 from vehicle_gateway.events import happened
 from vehicle_gateway.failsafe import RULES, brakes_gently
 from vehicle_gateway.gate import gate
@@ -47,7 +46,7 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
     )
     requested = request_of(decided, now_ns, dt_s, vehicle, limits)
     guarded = guard_of(decided, now_ns, vehicle, limits)
-    cap_m_s = min(cap_of(decided, vehicle, limits), guarded.cap_m_s)
+    cap_m_s = min(cap_of(decided, limits), guarded.cap_m_s)
     checked, reverse_rules = check_reverse(requested, decided, now_ns, limits)
     result = gate(
         checked,
@@ -88,25 +87,22 @@ def speed_of(state: State) -> float:
     return 0.0 if state.feedback is None else state.feedback.speed_m_s
 
 
-def cap_of(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> float:
+def cap_of(state: State, limits: GatewayLimits) -> float:
     """How fast the driving source may be."""
     if driving_source(state.authority) is not Source.OPERATOR:
         return NO_CAP_M_S
     backwards = state.command is not None and state.command.gear is Gear.REVERSE
-    return min(state.cap.cap_m_s, REVERSE_SPEED_MAX_M_S if backwards else corridor_speed_m_s(state, vehicle, limits))
+    return min(state.cap.cap_m_s, REVERSE_SPEED_MAX_M_S if backwards else blind_stop_speed_m_s(state, limits))
 
 
-def corridor_speed_m_s(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> float:
+def blind_stop_speed_m_s(state: State, limits: GatewayLimits) -> float:
     """So fast that a blind stop stays inside what is known to be free: the corridor, else the way with the wheels as they are.
 
     Where nothing is known, or nothing is free, still a walking pace: the operator sees what we do not.
     """
-    known = usable(state.corridor, state.odometry, speed_of(state), state.now_ns)
-    corridor, free = state.corridor, state.corridor_free
-    pursuit = pursue(corridor, state.odometry, speed_of(state), vehicle.wheelbase_m, free) if known else None
     stop, lost_s = limits.safe_stop, limits.failsafe.command_lost_ms / 1e3
-    free_m = (state.held_m or 0.0) if pursuit is None else pursuit.remaining_m
-    return max(speed_for_distance_m_s(free_m, lost_s, stop.braking_max_m_s2, stop.jerk_m_s3), stop.blind_speed_m_s)
+    fast = speed_for_distance_m_s(state.way.free_m, lost_s, stop.braking_max_m_s2, stop.jerk_m_s3)
+    return max(fast, stop.blind_speed_m_s)
 
 
 def in_transition(state: State, now_ns: int, limits: GatewayLimits) -> bool:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, Shift
 from wire.messages.automation import STOPPING_CORRIDOR_M, Scene
-from wire.messages.base import Length, Message, Position, Speed, TimeNs
+from wire.messages.base import Length, Message, Name, Position, Speed, TimeNs
 from wire.messages.vehicle import VehicleDescription
 
 GROWTH_M_S = 0.5  # ours: a person who walks on otherwise than a second ago is half a metre elsewhere
@@ -36,6 +36,16 @@ class Surroundings(Message):
     moving: tuple[Thing, ...] = ()
     standing: tuple[Thing, ...] = ()
     seen_ns: TimeNs = 0  # 0: never
+
+
+class Way(Message):
+    """The way that a stop would take now."""
+
+    along: Name = ""  # corridor; held: the wheels as they are; "": the same, and nothing is known of it
+    free_m: Length = 0.0  # of the rear axle, from the car on
+
+
+CORRIDOR, HELD, UNKNOWN = "corridor", "held", ""
 
 
 class Circle(NamedTuple):
@@ -121,9 +131,12 @@ def nearest(points: Points, odometry: Odometry) -> int:
     return min(range(len(points)), key=lambda index: dist(points[index], here))
 
 
-def cut_by_standing(corridor: Corridor, around: Surroundings, odometry: Odometry, vehicle: VehicleDescription) -> int:
-    """How many points of a new corridor are clear of standing things."""
-    return free_points(corridor.points, nearest(corridor.points, odometry), as_they_stand(around.standing), vehicle)
+def cut_by_standing(corridor: Corridor, around: Surroundings, odometry: Odometry, vehicle: VehicleDescription) -> int | None:
+    """How many points of a new corridor are clear of standing things; None: all."""
+    if not around.standing:
+        return None
+    free = free_points(corridor.points, nearest(corridor.points, odometry), as_they_stand(around.standing), vehicle)
+    return None if free == len(corridor.points) else free
 
 
 def free_of_corridor(

@@ -6,9 +6,19 @@ from msgspec.structs import replace
 
 from vehicle_gateway.authority import RECEIVES, Source, brakes_held, driving_source
 from vehicle_gateway.can.codec import Feedback
-from vehicle_gateway.corridor import Corridor, advance, keep_corridor, shift_of, usable
+from vehicle_gateway.corridor import Corridor, advance, keep_corridor, remaining_m, shift_of, usable
 from vehicle_gateway.failsafe import Ages, active_causes
-from vehicle_gateway.free_way import Surroundings, cut_by_standing, free_of_corridor, held_free_m, keep_surroundings
+from vehicle_gateway.free_way import (
+    CORRIDOR,
+    HELD,
+    UNKNOWN,
+    Surroundings,
+    Way,
+    cut_by_standing,
+    free_of_corridor,
+    held_free_m,
+    keep_surroundings,
+)
 from vehicle_gateway.guard import GuardLimits, Things, things_of
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
 from vehicle_gateway.place import Fix, fix_of
@@ -125,11 +135,14 @@ def _of_way(state: State, now_ns: int, vehicle: VehicleDescription) -> dict[str,
     """What is free of the way that a stop would take now."""
     speed_m_s = state.feedback.speed_m_s if state.feedback else 0.0
     if usable(state.corridor, state.odometry, speed_m_s, now_ns):
-        return {"corridor_free": free_of_corridor(state.corridor, state.around, state.odometry, now_ns, vehicle), "held_m": 0.0}
+        free = free_of_corridor(state.corridor, state.around, state.odometry, now_ns, vehicle)
+        left_m = remaining_m(state.corridor, state.odometry, free)
+        if left_m is not None:
+            return {"corridor_free": free, "way": Way(along=CORRIDOR, free_m=left_m)}
     seen = state.autonomy_status is not None and state.autonomy_status.healthy  # what an unhealthy automation saw is not known
     curvature_1_m = tan(state.applied.road_wheel_angle_rad) / vehicle.wheelbase_m
     held_m = held_free_m(state.odometry, curvature_1_m, state.around, now_ns, vehicle) if seen else None
-    return {"corridor_free": None, "held_m": held_m}
+    return {"corridor_free": None, "way": Way() if held_m is None else Way(along=HELD, free_m=held_m)}
 
 
 def _rolling(state: State, dt_s: float, limits: GatewayLimits) -> Rolling:
@@ -192,7 +205,7 @@ def ages_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: Gate
         autonomy_status_ms=since_ms(state.autonomy_status_ns),
         autonomy_healthy=status is not None and status.healthy,
         rolled_away=state.rolling.rolled_m > limits.rolling.rolled_m,
-        way_known=state.held_m is not None,
+        way_known=state.way.along != UNKNOWN,
         standing=state.feedback is not None and abs(state.feedback.speed_m_s) < limits.authority.standstill_m_s,
     )
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from vehicle_gateway.answers import certificate_left_s, hand_back_note, take_view
 from vehicle_gateway.authority import Source, driving_source
-from vehicle_gateway.corridor import pursue, usable
+from vehicle_gateway.free_way import CORRIDOR
 from vehicle_gateway.hand_over import refuse_take
 from vehicle_gateway.measure import ages_of
 from vehicle_gateway.safe_stop import stopping_distance_m
@@ -44,11 +44,11 @@ def status_of(
         stop_number=state.stop_number,
         stops_in_ten_minutes=sum(now_ns - at < 600e9 for at in state.stops),
         dropped=dict(dropped),
-        stop_way=stop_way_of(state, now_ns, vehicle, limits),
+        stop_way=stop_way_of(state, limits),
     )
 
 
-def stop_way_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> StopWay:
+def stop_way_of(state: State, limits: GatewayLimits) -> StopWay:
     """Where a stop with everybody silent from now on would go; one that has begun waits for nobody."""
     speed_m_s, stop = state.feedback.speed_m_s if state.feedback else 0.0, limits.safe_stop
     silence_s = 0.0 if state.authority.mode is Mode.SAFE_STOP else limits.failsafe.command_lost_ms / 1e3
@@ -56,11 +56,9 @@ def stop_way_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: 
         stopping_distance_m(abs(speed_m_s), silence_s, braking, stop.jerk_m_s3)
         for braking in (stop.braking_m_s2, stop.braking_max_m_s2)
     )
-    known = usable(state.corridor, state.odometry, speed_m_s, now_ns)
-    pursuit = pursue(state.corridor, state.odometry, speed_m_s, vehicle.wheelbase_m, state.corridor_free) if known else None
-    if pursuit is None:
-        return StopWay(along="" if state.held_m is None else "held", free_m=state.held_m or 0.0, stop_m=hard_m)
-    return StopWay(along="corridor", free_m=pursuit.remaining_m, stop_m=min(firm_m, max(pursuit.remaining_m, hard_m)))
+    way = state.way
+    stop_m = min(firm_m, max(way.free_m, hard_m)) if way.along == CORRIDOR else hard_m
+    return StopWay(along=way.along, free_m=way.free_m, stop_m=stop_m)
 
 
 def vehicle_state_of(

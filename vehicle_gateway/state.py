@@ -12,7 +12,7 @@ from vehicle_gateway.authority import Authority
 from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.corridor import Corridor, Odometry
 from vehicle_gateway.failsafe import Cause, FailsafeLimits
-from vehicle_gateway.free_way import Surroundings
+from vehicle_gateway.free_way import Surroundings, Way
 from vehicle_gateway.gate import GateLimits
 from vehicle_gateway.guard import Eye, GuardLimits, Things
 from vehicle_gateway.hand_over import HandOverLimits
@@ -23,7 +23,7 @@ from vehicle_gateway.place import Fix, PlaceLimits
 from vehicle_gateway.rolling import Rolling, RollingLimits
 from vehicle_gateway.safe_stop import StopLimits
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene, TakeoverRequest
-from wire.messages.base import Count, Length, Message, Name, Speed, Text, TimeNs
+from wire.messages.base import Count, Message, Name, Speed, Text, TimeNs
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import (
@@ -117,7 +117,7 @@ class State(Message):
     corridor: Corridor = Corridor()
     around: Surroundings = Surroundings()
     corridor_free: Count | None = None  # so many of the corridor's points are free now; None: all
-    held_m: Length | None = 0.0  # without a usable corridor: how far the way with the wheels as they are is free; None: not known
+    way: Way = Way()
     rolling: Rolling = Rolling()
     fix: Fix = Fix()  # where the newest scene has the car
     things: Things = Things()  # and what it tracks near it

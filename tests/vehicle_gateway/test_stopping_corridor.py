@@ -5,8 +5,9 @@ from math import cos, hypot, pi, sin, tan
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, pursue, shift_of, usable
+from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, pursue, remaining_m, shift_of, usable
 from wire.messages.automation import Scene
 
 WHEELBASE = 2.7
@@ -148,3 +149,16 @@ def test_a_corridor_guides_nobody_when_it_is_old_beside_the_car_behind_its_back_
     assert not usable(ahead, Odometry(x_m=3.5, y_m=1.6), 5.0, NOW)
     assert not usable(ahead, Odometry(), -0.5, NOW)
     assert not usable(Corridor(points=(), checked_ns=NOW), Odometry(), 5.0, NOW)
+
+
+@given(speed=st.floats(0.0, 10.0), gone=st.floats(0.0, 35.0), beside=st.floats(-1.0, 1.0), free=st.none() | st.integers(0, 31))
+def test_what_remains_is_found_about_the_car_as_it_is_by_looking_at_every_point(speed, gone, beside, free):
+    seen = scene(0.0, 0.0, 0.0, bend(30.0, spacing=1.0))
+    corridor = keep_corridor(seen, shift_of(seen, Odometry(), 0.0, 0.0, NOW))
+    here = Odometry(x_m=min(gone, 8.0), y_m=beside) if gone < 8.0 else Odometry(x_m=gone, y_m=30.0 * (1 - cos((gone - 8.0) / 30.0)))
+    found = pursue(corridor, here, speed, WHEELBASE, free)
+    left_m = remaining_m(corridor, here, free)
+    assert (found is None) == (left_m is None)
+    if found is not None:
+        assert left_m == pytest.approx(found.remaining_m, abs=1e-6)
+        assert remaining_m(replace(corridor, along_m=()), here, free) == left_m  # as an older recording has it
