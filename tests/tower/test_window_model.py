@@ -164,6 +164,22 @@ def test_every_mode_has_its_words_from_the_cars_own_status(mode: Mode) -> None:
     assert view_model(sights(status(mode))).banner.look.words == WORDS[mode]
 
 
+@pytest.mark.parametrize(
+    ("car", "cockpit", "words", "tone"),
+    [
+        ({}, {}, "Lease held", Tone.GOOD),
+        ({"certificate_left_s": 3601.0}, {}, "Lease held", Tone.GOOD),
+        ({"certificate_left_s": 1500.0}, {}, "Lease held, certificates end in 25 min", Tone.WARN),
+        ({"lease_holder": "Bob"}, {}, "Lease held by Bob", Tone.WARN),
+        ({"lease_holder": "", "lease_note": "Carla took it"}, {"lease_epoch": 0}, "No lease: Carla took it", Tone.WARN),
+        ({"lease_holder": ""}, {"lease_epoch": 0, "lease_note": "you hold car-2"}, "No lease: you hold car-2", Tone.WARN),
+    ],
+)
+def test_the_operator_reads_whether_he_holds_the_lease_for_how_long_and_who_took_it(car: Any, cockpit: Any, words: str, tone: Tone):
+    shown = view_model(sights(status(Mode.STANDBY, **car), operator=heard(operator(**cockpit)))).operator
+    assert (shown.lease, shown.lease_tone) == (words, tone)
+
+
 @given(st.sampled_from(Mode), st.floats(500.1, 1e7))
 def test_a_stale_status_says_that_there_is_no_link_and_never_who_drives(mode: Mode, ago_ms: float) -> None:
     model = view_model(sights(status(mode, request=REQUEST, guard_remaining_s=5.0), ago_ms))

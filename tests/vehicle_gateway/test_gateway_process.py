@@ -10,7 +10,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
+from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,7 @@ from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.failsafe import RULES
 from wire import certificates
+from wire.authority import issue
 from wire.clock import Clock
 from wire.configuration import shipped
 from wire.identity import Signer, signer_of
@@ -226,8 +228,17 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Site:
     return Site(tmp_path_factory.mktemp("car"))
 
 
+Around = tuple[Tower, Ecu, Callable[[], subprocess.Popen[str]]]
+
+
 @pytest.fixture
-def around(site: Site) -> Iterator[tuple[Tower, Ecu, Callable[[], subprocess.Popen[str]]]]:
+def around(site: Site) -> Iterator[Around]:
+    with surroundings(site) as they:
+        yield they
+
+
+@contextmanager
+def surroundings(site: Site) -> Iterator[Around]:
     """A tower and an ECU around the gateway, which the test starts, and starts again, itself."""
     stop = threading.Event()
     site.memory.unlink(missing_ok=True)
@@ -353,6 +364,36 @@ def test_stop_needs_no_lease_and_a_gateway_asked_to_end_ends_soon_and_well(aroun
     assert [entry.kind for entry in told[-2:]] == [AuditKind.END, AuditKind.HEAD]
     assert any(entry.kind is AuditKind.STOP and entry.question == 17 for entry in told)
     assert any((entry.kind, entry.subject) == (AuditKind.DROPPED, "command signature") for entry in told)
+
+
+@pytest.mark.long
+def test_a_certificate_that_expires_while_driving_is_a_safe_stop_that_says_so_before_the_link_is_cut(tmp_path: Path):
+    """The certificate lives 16 s; the car, set to take it all the same, stops ten seconds before its end."""
+    site = Site(tmp_path)
+    site.config.write_text(site.config.read_text() + "\n[vehicle_gateway.limits.hand_over]\ncertificate_left_s = 0.0\n")
+    folder = Path(site.link.certificates)
+    brief = issue(Role.TOWER_HUB, (), certificates.authority_of(folder), timedelta(seconds=16))
+    certificates.write_pem(folder, Role.TOWER_HUB, brief.key_pem, brief.certificate_pem)
+    ends = brief.certificate.not_valid_after_utc
+    with surroundings(site) as (tower, ecu, start):
+        start()
+        until(lambda: ecu.commands)
+        tower.ask_lease()
+        until(lambda: tower.status.take_refused == "")
+        assert tower.ask(Action.TAKE).outcome is Outcome.GRANTED
+        until(lambda: tower.mode() is Mode.REMOTE)
+        tower.throttle = 1.0
+        until(lambda: tower.mode() is not Mode.REMOTE)
+        assert timedelta(seconds=8) < ends - datetime.now(UTC) < timedelta(seconds=10.5)
+        assert tower.status.cause == "the certificate of ann expires, or the car's"
+        until(lambda: tower.mode() is Mode.STOPPED)
+        assert tower.status.lease_holder == ""
+        assert datetime.now(UTC) < ends, "the tower heard it all before the link was cut"
+        heard = tower.status.stamp_ns
+        until(lambda: datetime.now(UTC) > ends + timedelta(seconds=1.5), 20.0)
+        last = tower.status.stamp_ns
+        threading.Event().wait(0.3)
+        assert tower.status.stamp_ns == last > heard, "the link of an expired certificate goes on"
 
 
 def ended(site: Site) -> tuple[int, str]:
