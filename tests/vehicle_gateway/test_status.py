@@ -120,6 +120,19 @@ def test_everything_at_work_is_told_with_its_figures():
     assert ("speed", "0.0 km/h, no bound now", True) in rows_of(status_from(standing))
 
 
+def test_the_lease_is_told_with_whose_certificate_holds_it_and_is_not_well_in_its_last_day():
+    def row(**changes: object) -> tuple[str, bool]:
+        rows = rows_of(status_from(replace(HEARD, status=msgspec.structs.replace(STATUS, **changes))))
+        return next((words, is_well) for name, words, is_well in rows if name == "lease")
+
+    known = {"lease_certificate": "tower-hub.anna", "lease_fingerprint": "0123456789abcdef" * 4}
+    words = "anna, epoch 7; certificate tower-hub.anna 0123456789abcdef"
+    assert row(**known, certificate_left_s=90_000.0) == (f"{words}, ends in 25.0 h", True)
+    assert row(**known, certificate_left_s=80_000.0) == (f"{words}, ends in 22.2 h", False)
+    assert row() == ("anna, epoch 7", True)
+    assert row(lease_holder="", lease_note="carla took it") == ("nobody: carla took it", True)
+
+
 def test_what_says_nothing_is_silent_and_never_guessed():
     alone = replace(HEARD, state=None, cameras=(), health=(loop("vehicle-gateway run"),))
     told = status_from(alone)

@@ -5,7 +5,10 @@ from typing import Any
 
 import pytest
 
-from wire.access import access_control
+from wire.access import access_control, admitted
+from wire.authority import new_authority
+from wire.revocation import NOTHING, with_revoked
+from wire.settings import LinkSettings
 from wire.topics import CAR, COCKPITS, QUERIES, TOPICS, TOWER, Role, key
 
 CAR_ID = "car-1"
@@ -140,3 +143,22 @@ def test_a_car_is_taken_only_under_its_own_name_and_only_for_its_own_keys():
 def test_a_window_may_see_every_car_of_the_fleet():
     tower = access_control((CAR_ID, "car-2"), "tower", False)
     assert {key(CAR_ID, "gateway_status"), key("car-2", "gateway_status")} <= allowed(tower, Role.WINDOW, "egress", "put")
+
+
+def test_a_supervisor_at_the_car_s_own_hub_asks_his_one_question_sees_the_state_and_says_nothing():
+    built = control("car")
+    assert allowed(built, Role.TOWER_SUPERVISOR, "ingress", "put") == set()
+    assert allowed(built, Role.TOWER_SUPERVISOR, "ingress", "query") == {key(CAR_ID, "supervision")}
+    seen = {key(CAR_ID, name) for name in ("gateway_status", "vehicle_state")}
+    assert allowed(built, Role.TOWER_SUPERVISOR, "egress", "put") == seen
+    assert allowed(built, Role.TOWER_SUPERVISOR, "ingress", "declare_queryable") == set()
+
+
+def test_where_persons_are_named_only_they_come_in_and_of_a_revoked_name_only_the_next():
+    authority = new_authority()
+    names = admitted(LinkSettings(operators=("ann", "bob")), with_revoked(NOTHING, "tower-hub.ann", authority))
+    built = access_control((CAR_ID,), "car", False, names)
+    command = key(CAR_ID, "drive_command")
+    asked = ("tower-hub", "tower-hub.ann", "tower-hub.ann~1", "tower-hub.bob", "tower-hub.eve")
+    heard = {name for name in asked if command in allowed(built, name, "ingress", "put")}
+    assert heard == {"tower-hub.ann~1", "tower-hub.bob"}
