@@ -13,6 +13,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from tower.cockpit.one_car import SILENT_S
 from tower.fleet import Fleet, Seen, choices, towards_all, wait_for_all
 from wire import certificates
 from wire.clock import Clock
@@ -62,11 +63,17 @@ def cells(seen: Seen, now_ns: int) -> tuple[str, ...]:
     return (
         seen.vehicle_id,
         status.mode.replace("_", " "),
-        status.lease_holder or "nobody",
+        _holder(status),
         f"{status.lease_certificate} {status.lease_fingerprint[:16]}".strip(),
         str(status.stops_in_ten_minutes),
         status.lease_note or status.cause,
     )
+
+
+def _holder(status: GatewayStatus) -> str:
+    """Whoever is silent for so long keeps the lease until another asks for it."""
+    silent = f", silent {status.lease_silent_s:.0f} s" if status.lease_silent_s >= SILENT_S else ""
+    return f"{status.lease_holder}{silent}" if status.lease_holder else "nobody"
 
 
 def table(cars: list[Seen], now_ns: int) -> Table:

@@ -125,13 +125,16 @@ def decide(state: State, events: tuple[Event, ...], now_ns: int, limits: Gateway
             state = replace(state, authority=authority)
             changed.append(event.value)
     if state.hand_over.state == "granted" and state.authority.mode not in (Mode.HANDING_OVER, Mode.HANDING_BACK):
-        state = replace(state, hand_over=_ended(state, "aborted"))  # something stronger came in the very cycle of the grant
+        state = replace(
+            state, hand_over=_ended(state, "aborted", state.cause)
+        )  # something stronger came in the very cycle of the grant
     return state, tuple(changed)
 
 
 def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayLimits) -> State:
     """Bookkeeping of one transition; the authority itself is set by the caller."""
-    fields: dict[str, object] = {"mode_since_ns": now_ns, "cause": cause_text(state, event)}
+    cause = cause_text(state, event)
+    fields: dict[str, object] = {"mode_since_ns": now_ns, "cause": cause}
     if event is Event.TAKE_COMMITTED:
         fields |= {
             "remote_since_ns": now_ns,
@@ -146,9 +149,9 @@ def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayL
             "hand_over": _ended(state, "committed"),
         }
     elif event in (Event.TAKE_LAPSED, Event.HAND_BACK_LAPSED):
-        fields["hand_over"] = _ended(state, "expired")
+        fields["hand_over"] = _ended(state, "expired", cause)
     elif state.authority.mode in (Mode.HANDING_OVER, Mode.HANDING_BACK):
-        fields["hand_over"] = _ended(state, "aborted")
+        fields["hand_over"] = _ended(state, "aborted", cause)
     returned = event is Event.TAKE_COMMITTED and state.hand_over.action == Action.RETURN
     if returned or (event is Event.TAKEOVER_NEEDED and now_ns < state.guard_until_ns):
         fields["bounces"] = state.bounces + 1
@@ -173,8 +176,8 @@ def _counts(state: State, event: Event, limits: GatewayLimits) -> bool:
     return not stands or driving_source(state.authority) is not Source.NOBODY
 
 
-def _ended(state: State, how: str) -> HandOver:
-    return replace(state.hand_over, state=how)
+def _ended(state: State, how: str, rule: str = "") -> HandOver:
+    return replace(state.hand_over, state=how, rule=rule)
 
 
 def cause_text(state: State, event: Event) -> str:

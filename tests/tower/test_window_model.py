@@ -167,12 +167,17 @@ def test_every_mode_has_its_words_from_the_cars_own_status(mode: Mode) -> None:
 @pytest.mark.parametrize(
     ("car", "cockpit", "words", "tone"),
     [
-        ({}, {}, "Lease held", Tone.GOOD),
-        ({"certificate_left_s": 3601.0}, {}, "Lease held", Tone.GOOD),
-        ({"certificate_left_s": 1500.0}, {}, "Lease held, certificates end in 25 min", Tone.WARN),
-        ({"lease_holder": "Bob"}, {}, "Lease held by Bob", Tone.WARN),
-        ({"lease_holder": "", "lease_note": "Carla took it"}, {"lease_epoch": 0}, "No lease: Carla took it", Tone.WARN),
-        ({"lease_holder": ""}, {"lease_epoch": 0, "lease_note": "you hold car-2"}, "No lease: you hold car-2", Tone.WARN),
+        ({}, {}, "Lease of the car held", Tone.GOOD),
+        ({"certificate_left_s": 3601.0}, {}, "Lease of the car held", Tone.GOOD),
+        ({"certificate_left_s": 1500.0}, {}, "Lease of the car held, certificates end in 25 min", Tone.WARN),
+        ({"lease_holder": "Bob"}, {}, "Lease of the car held by Bob", Tone.WARN),
+        ({"lease_holder": "", "lease_note": "Carla took it"}, {"lease_epoch": 0}, "No lease of the car: Carla took it", Tone.WARN),
+        (
+            {"lease_holder": ""},
+            {"lease_epoch": 0, "lease_note": "you hold car-2"},
+            "No lease of the car: you hold car-2",
+            Tone.WARN,
+        ),
     ],
 )
 def test_the_operator_reads_whether_he_holds_the_lease_for_how_long_and_who_took_it(car: Any, cockpit: Any, words: str, tone: Tone):

@@ -132,6 +132,19 @@ def test_a_revoked_lease_is_nobody_s_and_whoever_drove_with_it_makes_a_safe_stop
         assert car.out.applied.hazard or car.cycle().out.applied.hazard
 
 
+def test_what_became_of_a_hand_over_is_told_with_the_rule_on_the_car_s_side_too():
+    revoked = Car(M.HANDING_OVER, origin=M.STANDBY)
+    revoked.order(A.REVOKE, stop=True)
+    late = Car(M.HANDING_OVER, origin=M.STANDBY).cycle(310)
+    stopped = Car(M.HANDING_OVER, origin=M.STANDBY).cycle(stop_number=3)
+    told = [(car.told().hand_over.state, car.told().hand_over.rule) for car in (revoked, late, stopped)]
+    assert told == [
+        ("aborted", "carla took the lease from ann: he is tired"),
+        ("expired", "the hand-over was not completed in time"),
+        ("aborted", "STOP was pressed in the tower"),
+    ]
+
+
 def test_nothing_of_the_old_holder_counts_after_it():
     car = Car(M.REMOTE, speed_m_s=3.0)
     car.order(A.REVOKE, stop=True)
