@@ -75,7 +75,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
         inbox = Inbox(link, boot_id, verifier, clock, car)
         with (
             Journal(link, sections["vehicle"], settings.limits, served) as journal,
-            open_audit(link, audit_file(file), config, wire.link, boot_id, settings.map_origin, clock) as audit,
+            open_audit(link, audit_file(file), config, wire.link, boot_id, settings.map_origin, clock, served) as audit,
             open_car(settings.can, car, inbox, clock, fifo) as bus,
         ):
             gateway = Gateway(link, bus, inbox, memory, journal, audit, clock, sections["vehicle"], settings, remembered, car)

@@ -17,6 +17,7 @@ from vehicle_gateway.audit.trail import About, Fact, entry_of, observe, start
 from vehicle_gateway.journal import WAITING_MAX, Entry, JournalLink
 from wire.audit_chain import SIGNED_AT_ONCE, follow
 from wire.clock import Clock
+from wire.link_threads import threads_with
 from wire.messages.audit import AuditEntry, AuditKind, AuditRecord
 
 LOOK_S = 0.05  # how often the thread looks at cycles in which nothing was decided: what a killed gateway loses at most
@@ -54,10 +55,12 @@ class AuditLog:
         clock: Clock,
         software: Callable[[], str],
         configuration_sha256: str,
+        fifo_priority: int = 0,
     ) -> None:
+        """fifo_priority: of its threads. They take the interpreter's lock, for which the loop of the gateway would wait."""
         self._store, self._signer, self._about, self._clock = store, signer, about, clock
         self._chain, self._trail, self._set_aside = resumed
-        self._said = software, configuration_sha256
+        self._said, self._fifo_priority = (software, configuration_sha256), fifo_priority
         self._cycles: deque[Entry] = deque()
         self._unsaved: deque[AuditRecord] = deque()
         self._untold: deque[AuditRecord] = deque()
@@ -73,8 +76,9 @@ class AuditLog:
         self._refused = False  # by the disk, at the last try
 
     def __enter__(self) -> "AuditLog":
-        self._teller.start()
-        self._thread.start()
+        with threads_with(self._fifo_priority):
+            self._teller.start()
+            self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:

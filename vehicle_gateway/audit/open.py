@@ -19,7 +19,14 @@ from wire.topics import Role
 
 @contextmanager
 def open_audit(
-    link: Link, file: Path, config: Path, settings: LinkSettings, boot_id: str, origin: MapOrigin | None, clock: Clock
+    link: Link,
+    file: Path,
+    config: Path,
+    settings: LinkSettings,
+    boot_id: str,
+    origin: MapOrigin | None,
+    clock: Clock,
+    fifo_priority: int = 0,
 ) -> Iterator[AuditLog]:
     """Call it with the hub open: then no other gateway writes this file, and the certificates are there.
 
@@ -28,7 +35,7 @@ def open_audit(
     resumed = resume(file)
     about = About(vehicle_id=settings.vehicle_id, boot_id=boot_id, utc_minus_now_ns=utc_minus_monotonic_ns(), origin=origin)
     said = software, sha256(config.read_bytes()).hexdigest()
-    with AuditFile(file) as store, AuditLog(link, store, resumed, signer_of(settings), about, clock, *said) as log:
+    with AuditFile(file) as store, AuditLog(link, store, resumed, signer_of(settings), about, clock, *said, fifo_priority) as log:
         yield log
 
 
