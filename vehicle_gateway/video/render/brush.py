@@ -4,6 +4,7 @@ The canvas is (H, W, 4) BGRA; its fourth channel means nothing. OpenCV's middle 
 coordinates of render.projection are half a pixel larger.
 """
 
+from functools import lru_cache
 from math import log2
 
 import cv2
@@ -16,6 +17,7 @@ _FARTHEST = 100000.0 * (1 << SHIFT)  # keeps shifted coordinates inside 32 bits
 Colour = tuple[float, float, float]
 
 
+@lru_cache(4096)  # a hundred times a picture, for a few dozen pairs
 def shaded(colour: Colour, light: float) -> Colour:
     blue, green, red = (min(255.0, channel * light) for channel in colour)
     return blue, green, red

@@ -88,19 +88,20 @@ class Hidden:
         last = np.array([[band.last] for band in all_bands])
         behind_wall = (self.walls[:, 0] <= first) & (self.walls[:, 1] >= last)
         is_open = ~(behind_wall | (self.bonnet_from <= first))
-        return [self._cut(row, width_px) for row in is_open]
+        edges = np.diff(is_open, axis=1, prepend=False, append=False)  # every stretch begins and ends with one
+        cells = np.flatnonzero(edges) % edges.shape[1]
+        counts = np.cumsum(edges.sum(axis=1)).tolist()
+        flat = cells.tolist()
+        return [self._joined(flat[begin:end], width_px) for begin, end in zip([0, *counts], counts, strict=False)]
 
-    def _cut(self, is_open: Flags, width_px: int) -> list[slice]:
-        if is_open.all():
-            return [slice(0, width_px)]
-        open_cells = np.flatnonzero(is_open)
-        if not len(open_cells):
-            return []
-        cuts = np.flatnonzero(np.diff(open_cells) > SHORTEST_CUT_CELLS)
-        firsts, lasts = open_cells[[0, *(cuts + 1)]], open_cells[[*cuts, -1]] + 1
-        return [
-            slice(a * self.cell_px, min(b * self.cell_px, width_px)) for a, b in zip(firsts.tolist(), lasts.tolist(), strict=True)
-        ]
+    def _joined(self, edges: list[int], width_px: int) -> list[slice]:
+        """Columns of one band from the cells where a stretch begins or ends, in turn."""
+        kept = edges[:1]
+        for end, begin in zip(edges[1:-1:2], edges[2::2], strict=True):
+            if begin - end >= SHORTEST_CUT_CELLS:
+                kept += [end, begin]
+        kept += edges[-1:]
+        return [slice(a * self.cell_px, min(b * self.cell_px, width_px)) for a, b in zip(kept[::2], kept[1::2], strict=True)]
 
 
 class Ground:
