@@ -12,7 +12,7 @@ from math import exp
 import cv2
 import numpy as np
 
-from vehicle_gateway.video.render.projection import Flags, Floats, Numbers, Picture, View
+from vehicle_gateway.video.render.projection import Floats, Numbers, Picture, View
 from vehicle_gateway.video.render.road_frame import RoadFrame
 from vehicle_gateway.video.render.sheet import FINE_M, Reduced, Sheet
 
