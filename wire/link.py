@@ -4,6 +4,7 @@ A thin shell over one Zenoh session. Callbacks run on library threads and only d
 and counted by reason. Nothing here decides anything. Facts and measurements behind the settings: ARCHITECTURE.md, "The link".
 """
 
+import atexit
 import sys
 import threading
 from collections import Counter
@@ -28,6 +29,7 @@ from wire.transport import session_configuration, tls_of, warn_of_unnamed
 
 _TRIES_BEFORE_TOLD = 5  # of about a second each
 _CLOSE_PATIENCE_S = 1.0
+_FAREWELL_LONGEST_S = 15.0
 _MESSAGE_MAX_BYTES = 1_000_000  # ours: ten times the largest message seen (one IDR picture)
 _KNOWN = Known()
 
@@ -76,11 +78,28 @@ def open_link(
         _close(session)
 
 
+_farewells: set[threading.Thread] = set()  # that nobody waits for any more
+
+
 def _close(session: zenoh.Session) -> None:
     """Say goodbye, but not for long: with the hub gone a client's farewell is waited for in vain for nine seconds (measured)."""
     farewell = threading.Thread(target=_say_goodbye, args=(session,), daemon=True)
     farewell.start()
     farewell.join(_CLOSE_PATIENCE_S)
+    if farewell.is_alive():
+        _farewells.add(farewell)
+
+
+def farewells() -> frozenset[threading.Thread]:
+    """Those still being said. An interpreter that ends meanwhile is aborted: the thread is inside Zenoh and cannot be unwound."""
+    return frozenset(each for each in _farewells if each.is_alive())
+
+
+@atexit.register
+def _wait_for_farewells() -> None:
+    """Where the process is not a program of ours, which leaves at once (wire.process)."""
+    for each in farewells():
+        each.join(_FAREWELL_LONGEST_S)
 
 
 def _say_goodbye(session: zenoh.Session) -> None:

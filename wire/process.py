@@ -1,7 +1,9 @@
 """Life of a process: asked to stop by SIGINT or SIGTERM, one clear line for an error the user can fix."""
 
+import logging
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -10,7 +12,7 @@ from pathlib import Path
 from wire import logs
 from wire.certificates import CertificateError
 from wire.configuration import ConfigurationError
-from wire.link import LinkError, Stopped
+from wire.link import LinkError, Stopped, farewells
 
 USER_ERROR = 2  # exit code for what the user can fix
 
@@ -38,8 +40,25 @@ def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path,
     """Run `run(config, stop)` with `stop` set by SIGINT or SIGTERM. The exit code of the process.
 
     niceness  how far the process stands back when the machine is short of time
-    A second signal while stopping ends it at once (exit 130).
+    A second signal while stopping ends it at once (exit 130). Where the hub is gone, the process leaves here and does not return:
+    Zenoh would go on saying goodbye for seconds, in a thread that an interpreter at its end cannot stop.
     """
+    before = farewells()
+    code = _run(run, config, niceness)
+    if farewells() - before:
+        _leave(code)
+    return code
+
+
+def _leave(code: int) -> None:
+    logging.shutdown()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # closed, or its reader is gone
+            stream.flush()
+    os._exit(code)
+
+
+def _run(run: Callable[[Path, threading.Event], int], config: Path, niceness: int) -> int:
     stand_back(niceness)
     stop = threading.Event()
 

@@ -16,6 +16,7 @@ import zenoh
 from wire.endpoint import Endpoint
 
 _ATTEMPT_MS = 2000
+_END_S = 1.0  # a look that is under way is not waited for longer
 _FIRST_S, _LONGEST_S = 2.0, 60.0  # between two looks: a machine that is off for a night is not asked every second
 _EXPORT = "on the machine that holds the authority: tower certificates export"
 
@@ -99,6 +100,7 @@ def told_why(
         yield
     finally:
         end.set()
+        thread.join(_END_S)
 
 
 def _look(
