@@ -23,7 +23,7 @@ from vehicle_gateway.can.e2e import protect
 from vehicle_gateway.can.ecu_codec import Controls, Motion, encode_controls, encode_drive_state, encode_motion
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.cycle import step
-from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.settings import VehicleGatewaySettings, limits_with_map
 from vehicle_gateway.state import GatewayLimits, Inputs, State, initial_state
 from wire.configuration import read_sections, shipped
 from wire.messages.base import Gear, decoder, encode
@@ -39,7 +39,7 @@ REACH_US = 300.0
 FIFO_PRIORITY = PaceSettings().fifo_priority
 _SECTIONS = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription, "vehicle_gateway": VehicleGatewaySettings})
 CAR: VehicleDescription = _SECTIONS["vehicle"]
-LIMITS: GatewayLimits = _SECTIONS["vehicle_gateway"].limits
+LIMITS: GatewayLimits = limits_with_map(_SECTIONS["vehicle_gateway"], shipped("simulated.toml"))
 _COMMAND = decoder(DriveCommand)
 
 

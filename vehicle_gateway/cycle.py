@@ -18,6 +18,7 @@ from vehicle_gateway.reverse import check_reverse
 from vehicle_gateway.safe_stop import safe_stop, speed_for_distance_m_s
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State, open_request
 from vehicle_gateway.supervision import supervise
+from vehicle_gateway.zoning import zones_of
 from wire.messages.base import Gear
 from wire.messages.operating import DriveCommand
 from wire.messages.session import Action
@@ -46,6 +47,7 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
     )
     requested = request_of(decided, now_ns, dt_s, vehicle, limits)
     guarded = guard_of(decided, now_ns, vehicle, limits)
+    zoned = zones_of(decided, now_ns, vehicle, limits)
     cap_m_s = min(cap_of(decided, limits), guarded.cap_m_s)
     checked, reverse_rules = check_reverse(requested, decided, now_ns, limits)
     result = gate(
@@ -57,9 +59,9 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         dt_s,
         vehicle,
         limits.gate,
-        guarded.bounds,
+        (*guarded.bounds, *zoned.bounds),
     )
-    after = replace(decided, now_ns=now_ns, applied=result.actuation, guard=guarded.eye)
+    after = replace(decided, now_ns=now_ns, applied=result.actuation, guard=guarded.eye, on_no_stop=zoned.on_no_stop)
     return after, Outputs(
         send=after.feedback is not None,
         mode=after.authority.mode,

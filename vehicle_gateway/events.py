@@ -5,6 +5,7 @@ from vehicle_gateway.failsafe import RULES
 from vehicle_gateway.hand_over import refuse_hand_back
 from vehicle_gateway.measure import is_overridden, picture_ms
 from vehicle_gateway.state import GatewayLimits, Inputs, State, open_request
+from vehicle_gateway.zoning import SOFT
 from wire.messages.vehicle import Mode, VehicleDescription
 
 
@@ -20,7 +21,7 @@ def happened(
         | _of_the_operator(state, inputs, now_ns, vehicle, limits)
         | _of_the_automation(state, now_ns, limits)
     )
-    causes = {RULES[cause].event for cause in state.causes}
+    causes = {RULES[cause].event for cause in state.causes if not (state.on_no_stop and cause in SOFT)}
     return tuple(event for event in IN_ORDER if table.get(event, False) or event in causes)
 
 

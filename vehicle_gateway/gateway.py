@@ -26,7 +26,7 @@ from vehicle_gateway.inbox import Inbox, Replies, lease_reply_with_key
 from vehicle_gateway.journal import Entry, Journal
 from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file, recall
 from vehicle_gateway.reports import newest_command_ns, status_of, vehicle_state_of
-from vehicle_gateway.settings import VehicleGatewaySettings, refuse_on_a_road
+from vehicle_gateway.settings import VehicleGatewaySettings, limits_with_map, refuse_on_a_road
 from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
@@ -59,6 +59,8 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     )
     wire: WireSettings = sections["wire"]
     settings: VehicleGatewaySettings = sections["vehicle_gateway"]
+    limits = limits_with_map(settings, config)
+    settings = msgspec.structs.replace(settings, limits=limits)
     refuse_on_a_road(settings, wire.link.accepts_script)
     car = car_bus_of(settings.can, sections["vehicle"])
     link_settings = override(wire.link, "", connect, listen)
@@ -74,7 +76,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     ):
         inbox = Inbox(link, boot_id, verifier, clock, car)
         with (
-            Journal(link, sections["vehicle"], settings.limits, served) as journal,
+            Journal(link, sections["vehicle"], limits, served) as journal,
             open_audit(link, audit_file(file), config, wire.link, boot_id, settings.map_origin, clock, served) as audit,
             open_car(settings.can, car, inbox, clock, fifo) as bus,
         ):

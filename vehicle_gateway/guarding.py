@@ -20,13 +20,17 @@ def guard_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: Gat
     feedback, odometry = state.feedback, state.odometry
     if feedback is None or driving_source(state.authority) is Source.LOCAL:
         return Watch(Eye.OFF, ())
-    backwards = feedback.speed_m_s < 0.0 if abs(feedback.speed_m_s) > STANDS_M_S else state.applied.gear is Gear.REVERSE
+    backwards = is_backwards(state, feedback.speed_m_s)
     motion = motion_of(feedback.speed_m_s, state.applied.road_wheel_angle_rad, backwards, vehicle)
     pose = (odometry.x_m, odometry.y_m, odometry.heading_rad)
     seen = watch(state.things, pose, motion, backwards, state.guard is Eye.BRAKING, now_ns, vehicle, limits.guard)
     if may_override(state, limits):
         return Watch(Eye.OVERRIDDEN, (), (OVERRIDDEN_RULE,), OVERRIDDEN_SHARE * limits.guard.override_m_s)
     return seen
+
+
+def is_backwards(state: State, speed_m_s: float) -> bool:
+    return speed_m_s < 0.0 if abs(speed_m_s) > STANDS_M_S else state.applied.gear is Gear.REVERSE
 
 
 def may_override(state: State, limits: GatewayLimits) -> bool:

@@ -1,5 +1,9 @@
 """The [vehicle_gateway] section."""
 
+from pathlib import Path
+
+from msgspec.structs import replace
+
 from vehicle_gateway.audit.position import MapOrigin
 from vehicle_gateway.can.settings import TOYOTA, CanSettings
 from vehicle_gateway.simulation.settings import SimulationSettings
@@ -8,16 +12,25 @@ from vehicle_gateway.video.settings import VideoSettings
 from vehicle_gateway.watchdog import WatchLimits
 from wire.configuration import ConfigurationError
 from wire.messages.base import Message, Text
+from wire.scenario import find_map, read_map
 
 
 class VehicleGatewaySettings(Message):
     memory: Text = ""  # file for epochs and latches; "" is ~/.local/state/remote-operation-tower/<vehicle id>.json
     map_origin: MapOrigin | None = None  # where the map lies on the earth; without it positions are the map's own
+    map: Text = ""  # of geofence, speed and no-stop zones: a path, or the name of a file in config/maps; "": no zones
     limits: GatewayLimits = GatewayLimits()
     can: CanSettings = CanSettings()
     video: VideoSettings = VideoSettings()
     watchdog: WatchLimits = WatchLimits()
     simulation: SimulationSettings = SimulationSettings()
+
+
+def limits_with_map(settings: VehicleGatewaySettings, config: Path) -> GatewayLimits:
+    """The limits with the zones of the gateway's own map. Raises ConfigurationError when the map is missing or wrong."""
+    if not settings.map:
+        return settings.limits
+    return replace(settings.limits, map=read_map(find_map(settings.map, config, "vehicle_gateway.map")))
 
 
 def is_really_there(settings: VehicleGatewaySettings) -> bool:

@@ -22,7 +22,8 @@ from vehicle_gateway.link_quality import CapLimits, LoopAges, SpeedCap
 from vehicle_gateway.place import Fix, PlaceLimits
 from vehicle_gateway.rolling import Rolling, RollingLimits
 from vehicle_gateway.safe_stop import StopLimits
-from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene, TakeoverRequest
+from vehicle_gateway.zones import ZoneLimits
+from wire.messages.automation import AutonomyCommand, AutonomyStatus, RoadMap, Scene, TakeoverRequest
 from wire.messages.base import Count, Message, Name, Speed, Text, TimeNs
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
@@ -60,6 +61,8 @@ class GatewayLimits(Message):
     rolling: RollingLimits = RollingLimits()
     guard: GuardLimits = GuardLimits()
     place: PlaceLimits = PlaceLimits()
+    zones: ZoneLimits = ZoneLimits()
+    map: RoadMap | None = None  # the gateway's own; put here from the file that [vehicle_gateway] map names
 
 
 class Inputs(Message):
@@ -122,6 +125,7 @@ class State(Message):
     fix: Fix = Fix()  # where the newest scene has the car
     things: Things = Things()  # and what it tracks near it
     guard: Eye = Eye.BLIND
+    on_no_stop: bool = False  # some part of the car is in a no-stop zone
     applied: Actuation = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
     hand_over: HandOver = HandOver(number=0, action="", state="", rule="")
     granted_ns: TimeNs = 0

@@ -73,8 +73,8 @@ def find_scenario(name: str) -> Path:
     raise ConfigurationError(f"scenario {name!r}: no such file; shipped scenarios: {known}")
 
 
-def find_map(name: str, config: Path) -> Path:
-    """The map file that `[autonomy] map` names: absolute, beside the configuration, in its maps/ folder, or shipped.
+def find_map(name: str, config: Path, key: str = "autonomy.map") -> Path:
+    """The map file that this key of the configuration names: absolute, beside the configuration, in its maps/ folder, or shipped.
 
     Raises ConfigurationError that lists where it was looked for.
     """
@@ -83,7 +83,7 @@ def find_map(name: str, config: Path) -> Path:
         if place.is_file():
             return place
     looked = ", ".join(str(place) for place in dict.fromkeys(places))
-    raise ConfigurationError(f"{config}: autonomy.map = {name!r}: no such map; looked at {looked}")
+    raise ConfigurationError(f"{config}: {key} = {name!r}: no such map; looked at {looked}")
 
 
 def read_map(path: Path) -> RoadMap:

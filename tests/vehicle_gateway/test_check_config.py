@@ -15,6 +15,8 @@ from vehicle_gateway.check.program import INCONSISTENT, facts_of, read_every_sec
 from vehicle_gateway.check.table import check, is_consistent
 from vehicle_gateway.simulation import ecu, simulate
 from wire.configuration import ConfigurationError, shipped
+from wire.messages.automation import ZoneKind
+from wire.scenario import read_map
 
 AROUND = Surroundings(
     can_interfaces=frozenset({"can0"}),
@@ -22,6 +24,8 @@ AROUND = Surroundings(
     certificates_problem="",
     certificates_days=90.0,
     map_problem="",
+    gateway_map=read_map(shipped("maps", "bend.toml")),
+    gateway_map_problem="",
     scenario_problem="",
     source_problem="",
     memory_problem="",
@@ -131,6 +135,11 @@ WRONG = [
     ("device", "device", "scripted", Verdict.ERROR),
     ("sets off by itself", f"{LIMITS}.authority.engage_autonomously", True, Verdict.ERROR),
     ("map", "around.map_problem", "no such map", Verdict.ERROR),
+    ("zones", "around.gateway_map", None, Verdict.WARNING),
+    ("zones", "around.gateway_map.zones.0.left_m", -7.0, Verdict.ERROR),
+    ("zones", "around.gateway_map.zones.0.from_station_m", 300.0, Verdict.ERROR),
+    ("zones", "around.gateway_map.zones.0.kind", ZoneKind.SPEED, Verdict.ERROR),
+    ("zones", "around.gateway_map.zones.0.speed_m_s", 3.0, Verdict.ERROR),
     ("scenario", "around.scenario_problem", "no such file", Verdict.ERROR),
     ("memory for epochs and latches", "around.memory_problem", "may not write there", Verdict.WARNING),
 ]

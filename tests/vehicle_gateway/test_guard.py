@@ -28,10 +28,11 @@ from vehicle_gateway.guard import (
 )
 from vehicle_gateway.state import GatewayLimits, Inputs, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.automation import Scene, TrackedObject
+from wire.messages.automation import Scene, TrackedObject, Zone, ZoneKind
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import DriveCommand
 from wire.messages.vehicle import Mode, VehicleDescription
+from wire.scenario import read_map
 
 SHIPPED: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 CAR = replace(SHIPPED, cameras=())
@@ -366,6 +367,16 @@ def test_when_the_scenes_end_the_guard_goes_blind_and_the_cap_stays():
     drive.run(0.8)
     assert drive.state.guard is Eye.BLIND and RULE not in drive.rules
     assert drive.out.cap_m_s == sighted.run(0.8).out.cap_m_s < 8.0
+
+
+def test_the_zones_of_the_gateways_map_reach_the_gate_and_hold_the_operator():
+    street = Zone(kind=ZoneKind.ALLOWED, name="street", from_station_m=0.0, to_station_m=30.0, right_m=-4.0, left_m=4.0)
+    bend = read_map(shipped("maps", "bend.toml"))  # straight along x for 60 m
+    drive = Drive([tracked(500.0, 0.0)], 3.0)
+    drive.limits = replace(drive.limits, map=replace(bend, zones=(street,)))
+    drive.run(1.0).until(lambda drive: drive.speed < 0.05)
+    assert 28.5 < drive.x + FRONT < 30.0
+    assert "geofence" in drive.rules and drive.out.requested.acceleration_m_s2 == 1.0
 
 
 def test_the_guard_never_steers():

@@ -47,6 +47,8 @@ def choose(base: Path, scenario: str, front_camera: str) -> dict[str, Any]:
     _, road_map = read_scenario(found)
     _get(tables, "vehicle_gateway", "simulation")["scenario"] = str(found)
     _get(tables, "autonomy")["map"] = str(road_map.resolve())
+    if _get(tables, "vehicle_gateway").get("map"):
+        _get(tables, "vehicle_gateway")["map"] = str(road_map.resolve())
     if front_camera:
         _get(tables, "vehicle_gateway", "video", "sources")["front"] = f"file:{_existing(front_camera)}"
     return tables

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from vehicle_gateway.can.layout import Layout
 from vehicle_gateway.settings import VehicleGatewaySettings, is_really_there
+from wire.messages.automation import RoadMap
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.settings import WireSettings
 
@@ -20,6 +21,8 @@ class Surroundings:
     certificates_problem: str  # of the first role of the car that could not join; "" when all can
     certificates_days: float  # until the first of them expires
     map_problem: str  # "" when the map is found
+    gateway_map: RoadMap | None  # with the gateway's own zones; None: none is configured, or it cannot be read
+    gateway_map_problem: str
     scenario_problem: str
     source_problem: str  # of the video sources' names
     memory_problem: str  # of the folder for epochs and latches

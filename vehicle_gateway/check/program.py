@@ -20,7 +20,7 @@ from vehicle_gateway.can.vehicles import car_bus_of
 from vehicle_gateway.check.facts import Facts, Finding, Surroundings, Verdict
 from vehicle_gateway.check.table import check, is_consistent
 from vehicle_gateway.memory import default_file
-from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.settings import VehicleGatewaySettings, limits_with_map
 from vehicle_gateway.video.sources import choose_sources
 from wire import certificates
 from wire.configuration import ConfigurationError, read_sections
@@ -99,12 +99,15 @@ def _look_around(
     folder = certificates.folder_of(wire.link.certificates)
     scenario = gateway.simulation.scenario
     memory = Path(gateway.memory) if gateway.memory else default_file(wire.link.vehicle_id)
+    gateway_map_problem = _problem(lambda: limits_with_map(gateway, config))
     return Surroundings(
         can_interfaces=frozenset(path.name for path in NETWORK.glob("*")) - {"lo"},
         certificates_folder=folder.is_dir(),
         certificates_problem=_problem(lambda: _roles_can_join(folder, wire.link.vehicle_id)),
         certificates_days=_days(folder),
         map_problem=_problem(lambda: read_map(find_map(map_name, config))),
+        gateway_map=None if gateway_map_problem else limits_with_map(gateway, config).map,
+        gateway_map_problem=gateway_map_problem,
         scenario_problem=_problem(lambda: read_scenario(find_scenario(scenario))) if scenario else "",
         source_problem=_problem(lambda: choose_sources(gateway.video, vehicle)),
         memory_problem=_unwritable(memory),

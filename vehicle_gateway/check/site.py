@@ -3,6 +3,7 @@
 from collections import Counter
 
 from vehicle_gateway.check.facts import Check, Facts, Outcome, Verdict
+from wire.messages.automation import Zone, ZoneKind
 from wire.site import dialled, listened, own_hub
 
 RENEW_DAYS = 7.0
@@ -87,6 +88,31 @@ def _map(facts: Facts) -> Outcome:
     return Outcome(problem or "found", not problem, "name a map in [autonomy] map")
 
 
+def _zones(facts: Facts) -> Outcome:
+    problem, road_map = facts.around.gateway_map_problem, facts.around.gateway_map
+    if road_map is None:
+        return Outcome(
+            problem or "no map: no geofence, no speed zones, no no-stop zones",
+            False,
+            "[vehicle_gateway] map: a map file with [[zones]], such as config/maps/bend.toml",
+            Verdict.ERROR if problem else Verdict.WARNING,
+        )
+    wrong = [f"{zone.name}: {fault}" for zone in road_map.zones for fault in zone_faults(zone)]
+    kinds = Counter(str(zone.kind) for zone in road_map.zones)
+    told = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "a map without zones"
+    return Outcome("; ".join(wrong) or told, not wrong, "correct this zone in the map that [vehicle_gateway] map names")
+
+
+def zone_faults(zone: Zone) -> list[str]:
+    table = (
+        (zone.from_station_m >= zone.to_station_m, "from_station_m is not below to_station_m"),
+        (zone.right_m >= zone.left_m, "right_m is not below left_m (offsets are positive to the left)"),
+        (zone.kind is ZoneKind.SPEED and zone.speed_m_s is None, "a speed zone without speed_m_s"),
+        (zone.kind is not ZoneKind.SPEED and zone.speed_m_s is not None, "speed_m_s belongs to a speed zone"),
+    )
+    return [text for wrong, text in table if wrong]
+
+
 def _scenario(facts: Facts) -> Outcome:
     problem = facts.around.scenario_problem
     told = "none: the world is the real one" if facts.is_driven_by_its_own_sensors else facts.gateway.simulation.scenario
@@ -113,6 +139,7 @@ SITE_CHECKS = (
     Check("device", _device),
     Check("sets off by itself", _engages),
     Check("map", _map),
+    Check("zones", _zones),
     Check("scenario", _scenario),
     Check("memory for epochs and latches", _memory),
 )

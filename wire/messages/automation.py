@@ -128,6 +128,25 @@ class RoadMap(Message):
     drives_on: Annotated[str, Meta(pattern="^(left|right)$")]
     speed_limit_m_s: Annotated[float, Meta(gt=0.0, le=40.0)]
     goal_station_m: Length
+    zones: Annotated[tuple["Zone", ...], Meta(max_length=50)] = ()  # for the gateway, whoever drives
+
+
+class ZoneKind(StrEnum):
+    ALLOWED = "allowed"  # the geofence: with one of these the car stays inside them, with none it may go anywhere
+    SPEED = "speed"  # no faster than speed_m_s
+    NO_STOP = "no_stop"  # level crossing, junction: entered only with a clear exit and a healthy link
+
+
+class Zone(Message):
+    """A strip along the road: from station to station, between two offsets from the centre line."""
+
+    kind: ZoneKind
+    name: Name  # for people: "school", "level crossing"
+    from_station_m: Length
+    to_station_m: Length
+    right_m: Annotated[float, Meta(ge=-200.0, le=200.0)]  # offset of its right edge, left positive
+    left_m: Annotated[float, Meta(ge=-200.0, le=200.0)]
+    speed_m_s: Annotated[float, Meta(ge=0.5, le=40.0)] | None = None  # of a speed zone only
 
 
 class RoadSegment(Message):
