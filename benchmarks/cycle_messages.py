@@ -15,7 +15,8 @@ from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import Mode, VehicleDescription
 
 TRACKED = 24  # about what the demo's street has: people, cones, barriers
-BOOT, CORRIDOR_POINTS, CHANNELS = "benchmark", 60, ("planner", "map", "localization", "perception", "weather", "sensors")
+# 31 points: 30 m in steps of 1 m, all that the automation ever sends (autonomy.planning.corridor)
+BOOT, CORRIDOR_POINTS, CHANNELS = "benchmark", 31, ("planner", "map", "localization", "perception", "weather", "sensors")
 ECHO_NS, PICTURE_NS = 20_000_000, 60_000_000
 M = TypeVar("M", bound=Message)
 

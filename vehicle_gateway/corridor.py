@@ -32,6 +32,7 @@ class Corridor(Message):
     points: tuple[tuple[float, float], ...] = ()  # odometry frame, from the car on
     checked_ns: TimeNs = 0
     free: Count | None = None  # so many points of it are clear of standing things; None: all
+    sweep_m: Length | None = None  # no part of the car that follows it gets farther from its points; None: not known
     along_m: tuple[Length, ...] = ()  # of each point, from the first one; () in what was recorded before there was this
 
 

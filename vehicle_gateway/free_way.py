@@ -6,7 +6,8 @@ a corridor the way is the curvature that would be held. What is not known is nev
 """
 
 from collections.abc import Iterable, Sequence
-from math import cos, dist, hypot, sin
+from itertools import pairwise
+from math import atan2, cos, dist, hypot, sin
 from typing import NamedTuple
 
 from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, Shift
@@ -17,6 +18,8 @@ from wire.messages.vehicle import VehicleDescription
 GROWTH_M_S = 0.5  # ours: a person who walks on otherwise than a second ago is half a metre elsewhere
 NEAR_M = 60.0  # a way of 30 m, the car at its end, and what comes towards it within a second
 STEP_M = 1.0  # of the way with held curvature
+STEP_MIN_M = 0.2  # a line of shorter steps is looked at point by point
+TURN_MAX_RAD = 1.0  # and one that turns more within the length of the car
 
 Points = Sequence[tuple[float, float]]
 
@@ -85,6 +88,44 @@ def as_they_stand(things: Iterable[Thing]) -> list[Circle]:
     return [Circle(thing.x_m, thing.y_m, thing.radius_m) for thing in things]
 
 
+def sweep_of(points: Points, vehicle: VehicleDescription) -> float | None:
+    """How far from the points the body of a car that follows them gets at most; None for a line too crooked to say.
+
+    The body reaches `front` ahead along the tangent; from there the line has turned by at most T = t (front / l + 1), with t the
+    largest turn at a point and l the shortest step, and lies beside the tangent by at most front T, short of it by front T^2 / 2.
+    """
+    steps = [(x2 - x1, y2 - y1, dist((x1, y1), (x2, y2))) for (x1, y1), (x2, y2) in pairwise(points)]
+    shortest, longest = min((step[2] for step in steps), default=0.0), max((step[2] for step in steps), default=0.0)
+    if shortest < STEP_MIN_M:
+        return None
+    turns = [abs(atan2(ax * by - ay * bx, ax * bx + ay * by)) for (ax, ay, _), (bx, by, _) in pairwise(steps)]
+    front = max(vehicle.length_m - vehicle.rear_overhang_m, vehicle.rear_overhang_m)
+    turned = max(turns, default=0.0) * (front / shortest + 1)
+    if turned > TURN_MAX_RAD:
+        return None
+    return vehicle.width_m / 2 + front * turned + front * turned**2 / 2 + max(longest / 2, vehicle.rear_overhang_m)
+
+
+def in_reach(points: Points, begin: int, things: Sequence[Circle], sweep_m: float, vehicle: VehicleDescription) -> list[Circle]:
+    """Only the things that a car on this way could touch: no farther from its line, drawn out by the bonnet, than it sweeps."""
+    (x1, y1), (x2, y2) = points[-2], points[-1]
+    step = max(map(dist, points, points[1:]))
+    length = dist((x1, y1), (x2, y2))
+    dx, dy, front = (x2 - x1) / length, (y2 - y1) / length, vehicle.length_m - vehicle.rear_overhang_m
+    line = [*points[begin:], *((x2 + k * length * dx, y2 + k * length * dy) for k in range(1, int(front / length) + 2))]
+    return [thing for thing in things if _comes_near(line, step, thing, sweep_m + thing.radius_m)]
+
+
+def _comes_near(line: Points, step_m: float, thing: Circle, reach_m: float) -> bool:
+    place, at = (thing.x_m, thing.y_m), 0
+    while at < len(line):
+        gap = dist(line[at], place) - reach_m
+        if gap <= 0.0:
+            return True
+        at += int(gap / step_m) + 1
+    return False
+
+
 def free_points(points: Points, begin: int, things: Sequence[Circle], vehicle: VehicleDescription) -> int:
     """How many of the points the car can take, rear axle on each, before it would touch a thing; from `begin` on.
 
@@ -135,8 +176,13 @@ def cut_by_standing(corridor: Corridor, around: Surroundings, odometry: Odometry
     """How many points of a new corridor are clear of standing things; None: all."""
     if not around.standing:
         return None
-    free = free_points(corridor.points, nearest(corridor.points, odometry), as_they_stand(around.standing), vehicle)
+    begin = nearest(corridor.points, odometry)
+    free = free_points(corridor.points, begin, _met(corridor, begin, as_they_stand(around.standing), vehicle), vehicle)
     return None if free == len(corridor.points) else free
+
+
+def _met(corridor: Corridor, begin: int, things: list[Circle], vehicle: VehicleDescription) -> list[Circle]:
+    return things if corridor.sweep_m is None else in_reach(corridor.points, begin, things, corridor.sweep_m, vehicle)
 
 
 def free_of_corridor(
@@ -147,7 +193,8 @@ def free_of_corridor(
         return corridor.free
     points = corridor.points[: corridor.free]
     begin = min(nearest(corridor.points, odometry), len(points))
-    free = free_points(points, begin, moved_on(around.moving, (now_ns - around.seen_ns) / 1e9), vehicle)
+    things = moved_on(around.moving, (now_ns - around.seen_ns) / 1e9)
+    free = free_points(points, begin, _met(corridor, begin, things, vehicle), vehicle)
     return corridor.free if free == len(points) else free
 
 

@@ -18,6 +18,7 @@ from vehicle_gateway.free_way import (
     free_of_corridor,
     held_free_m,
     keep_surroundings,
+    sweep_of,
 )
 from vehicle_gateway.guard import GuardLimits, Things, things_of
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
@@ -68,6 +69,7 @@ def _of_scene(
     if not scene.stopping_corridor:
         return fields  # the last corridor that was checked still counts
     corridor = keep_corridor(scene, shift)
+    corridor = replace(corridor, sweep_m=sweep_of(corridor.points, vehicle))
     return fields | {"corridor": replace(corridor, free=cut_by_standing(corridor, around, state.odometry, vehicle))}
 
 

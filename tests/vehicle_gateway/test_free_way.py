@@ -16,8 +16,10 @@ from vehicle_gateway.free_way import (
     free_points,
     held_free_m,
     held_way,
+    in_reach,
     keep_surroundings,
     moved_on,
+    sweep_of,
 )
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import Scene, TrackedObject
@@ -67,6 +69,29 @@ def test_the_free_points_are_those_of_the_plain_rule_wherever_things_stand(curva
 )
 def test_on_any_way_however_wild_no_touched_point_is_called_free(points, things):
     assert free_points(points, 0, things, CAR) == plainly(points, 0, things)
+
+
+@settings(deadline=None, max_examples=200)
+@given(
+    curvature=st.floats(-0.2, 0.2),
+    step=st.sampled_from([0.25, 0.5, 1.0, 2.0]),
+    begin=st.integers(0, 29),
+    things=st.lists(places, min_size=1, max_size=6),
+)
+def test_what_is_out_of_reach_of_the_body_s_sweep_is_never_touched(curvature, step, begin, things):
+    points = arc(curvature, step=step)
+    sweep_m = sweep_of(points, CAR)
+    kept = things if sweep_m is None else in_reach(points, begin, things, sweep_m, CAR)
+    assert plainly(points, begin, kept) == plainly(points, begin, things)
+
+
+def test_who_walks_two_and_a_half_metres_beside_a_straight_way_is_out_of_reach_and_a_crooked_line_says_nothing():
+    sweep_m = sweep_of(STRAIGHT, CAR)
+    assert sweep_m is not None and HALF < sweep_m < 2.0
+    assert in_reach(STRAIGHT, 0, [Circle(10.0, 2.5, 0.4), Circle(33.0, 0.0, 0.4)], sweep_m, CAR) == [Circle(33.0, 0.0, 0.4)]
+    assert sweep_of(((0.0, 0.0), (1.0, 0.0), (0.0, 0.1)), CAR) is None
+    assert sweep_of(((0.0, 0.0), (0.1, 0.0), (0.2, 0.0)), CAR) is None
+    assert sweep_of((), CAR) is None
 
 
 def test_a_way_of_one_point_near_a_thing_is_not_free_whatever_way_the_car_stands():
