@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-deep test-kernel drives check setup faults test-foxglove scenarios bench format clean
+.PHONY: demo test test-deep test-coverage test-mutation fuzz test-kernel drives check setup faults test-foxglove scenarios bench format clean
 
 demo: setup
 	$(BIN)/tower demo $(ARGS)
@@ -23,6 +23,18 @@ drives: setup
 # Thousands of made-up stories of one gateway among enemies (a quarter of an hour).
 test-deep: setup
 	$(BIN)/pytest -m deep tests/safety $(ARGS)
+
+# Every branch, and every mutant, of the code that must be right (benchmarks/proof/subjects.py), by its own fast tests. With
+# ARGS (part of a file's path): just that. Mutation keeps its verdicts in .mutation/; only what changed is tried again.
+test-coverage: .venv/prove
+	$(BIN)/python -m benchmarks.proof.branches $(ARGS)
+
+test-mutation: .venv/prove
+	$(BIN)/python -m benchmarks.proof.mutation $(ARGS)
+
+# Ten million inputs for every decoder, in all; goes on where it was broken off. With ARGS: so many now.
+fuzz: .venv/prove
+	$(BIN)/python -m benchmarks.proof.fuzz $(ARGS)
 
 # Boots Debian's kernel in QEMU (into .kernel/, once) for what needs SocketCAN, uinput or netem.
 test-kernel: setup
@@ -65,5 +77,9 @@ setup: .venv/ready
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[develop]'
 	@touch $@
 
+.venv/prove: .venv/ready
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[develop,prove]'
+	@touch $@
+
 clean:
-	rm -rf .venv .kernel .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv .kernel .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .mutation .fuzz

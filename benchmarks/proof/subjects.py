@@ -1,0 +1,41 @@
+"""The one table of what must be right, and the fast tests that hold it: branch coverage and mutation both go by it."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class Subject(NamedTuple):
+    source: str
+    tests: tuple[str, ...]  # its own, seconds together; a mutant is held against these alone
+
+
+def _gateway(source: str, *tests: str) -> Subject:
+    return Subject(f"vehicle_gateway/{source}.py", tuple(f"tests/vehicle_gateway/test_{test}.py" for test in tests))
+
+
+SUBJECTS = (
+    _gateway("authority", "authority", "authority_parts"),
+    _gateway("failsafe", "limits", "failsafe", "failsafe_parts", "tables"),
+    _gateway("gate", "limits", "gate_names", "gate"),
+    _gateway("lease", "lease"),
+    _gateway("hand_over", "limits", "hand_over"),
+    _gateway("can/e2e", "can_e2e", "can_e2e_both_ways"),
+    _gateway("can/layout", "can_layout", "can_codec", "can_cyclic"),
+    _gateway("can/codec", "can_codec", "can_cyclic", "can_transmit"),
+    _gateway("can/actuator_codec", "can_codec", "ecu"),
+    _gateway("can/ecu_codec", "can_codec", "ecu"),
+    _gateway("can/health_codec", "health_codec"),
+    _gateway("can/toyota_codec", "toyota_codec"),
+    _gateway("can/toyota_feedback", "toyota_codec"),
+    _gateway("can/toyota_layout", "toyota_codec"),
+)
+
+
+def chosen(names: list[str]) -> tuple[Subject, ...]:
+    """The subjects whose path contains one of the names; all without names. Raises SystemExit when a name fits none."""
+    for name in names:
+        if not any(name in subject.source for subject in SUBJECTS):
+            raise SystemExit(f"{name}: no such file in the table; there are: {', '.join(s.source for s in SUBJECTS)}")
+    return tuple(subject for subject in SUBJECTS if not names or any(name in subject.source for name in names))
