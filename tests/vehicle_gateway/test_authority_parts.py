@@ -8,7 +8,7 @@ from wire.messages.vehicle import Mode
 
 
 def test_events_are_applied_in_the_order_of_the_enum():
-    assert IN_ORDER == tuple(Event.__members__.values())
+    assert tuple(Event.__members__.values()) == IN_ORDER
 
 
 def test_only_a_hand_over_has_somebody_who_receives():
