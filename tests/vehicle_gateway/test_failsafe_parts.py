@@ -1,6 +1,22 @@
 """The failsafe's responses in their order, and what is assumed where a recording from before says nothing."""
 
-from vehicle_gateway.failsafe import Ages, Response
+from vehicle_gateway.failsafe import RULES, Ages, Response
+
+TOLD = {
+    "rolled_away": "the car rolls against its gear, or with its brakes held",
+    "feedback_lost": "no CAN feedback from the car",
+    "ecu_fault": "the drive-by-wire does not follow",
+    "command_lost": "no valid command from the tower",
+    "picture_lost": "the operator has no new picture",
+    "loop_too_slow": "the loop is too slow to drive",
+    "autonomy_lost": "the automation is lost",
+    "command_silent": "commands are late: braking gently",
+    "way_unknown": "nobody looks at the way ahead: no faster than a blind stop allows",
+}
+
+
+def test_the_operator_is_told_each_cause_in_these_words_worst_first():
+    assert [(str(cause), rule.text) for cause, rule in RULES.items()] == list(TOLD.items())
 
 
 def test_responses_are_ordered_from_nothing_to_holding_the_car():
