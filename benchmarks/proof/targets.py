@@ -120,7 +120,8 @@ def _stamp(data: bytes) -> None:
 
 
 def _can() -> Iterator[Target]:
-    codec, health = car_bus_of(CanSettings(), CAR)
+    car = car_bus_of(CanSettings(), CAR)
+    codec, health = car.codec, car.health
     known = tuple(layouts().values())
     seeds = tuple(
         bytes((number, 0)) + layout.pack([field.low for field in layout.fields], 0).data for number, layout in enumerate(known)

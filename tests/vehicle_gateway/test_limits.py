@@ -47,6 +47,7 @@ DESIGNED = {
         "hand_back_error_rad": 0.06,
         "bounces_max": 2,
         "stops_max": 3,
+        "certificate_left_s": 900.0,
     },
 }
 
