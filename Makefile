@@ -1,8 +1,9 @@
-# make demo | test | test-kernel | drives | check | faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
+# make demo | test | test-kernel | drives | check | faults | mode-faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-deep test-coverage test-mutation fuzz test-kernel drives check setup faults test-foxglove scenarios bench format clean
+.PHONY: demo test test-deep test-coverage test-mutation fuzz test-kernel drives check setup faults mode-faults test-foxglove scenarios bench format \
+  clean
 
 demo: setup
 	$(BIN)/tower demo $(ARGS)
@@ -46,8 +47,12 @@ check: setup
 	$(BIN)/mypy wire haptics recordings autonomy vehicle_gateway tower benchmarks
 	$(BIN)/lint-imports
 
+# A warm rig hurt in every kind of way (ROW=a kind), and each process killed and stopped in every mode of a whole drive.
 faults: setup
 	$(BIN)/python -m benchmarks.faults $(ROW) $(ARGS)
+
+mode-faults: setup
+	$(BIN)/python -m benchmarks.mode_faults $(ROW) $(ARGS)
 
 # Opens RECORDING (by default the newest drive) in Foxglove Studio in a real browser and decodes its video there.
 RECORDING ?= $(shell ls -t sessions/*/drive.mcap 2>/dev/null | head -n 1)

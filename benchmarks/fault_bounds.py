@@ -40,7 +40,8 @@ _GATEWAY: VehicleGatewaySettings = read_sections(shipped("simulated.toml"), {"ve
 _FAILSAFE, _STOP, _ECU = _GATEWAY.limits.failsafe, _GATEWAY.limits.safe_stop, _GATEWAY.simulation.ecu
 
 
-def _after(notice_ms: float) -> Braking:
+def after(notice_ms: float) -> Braking:
+    """A safe stop of the gateway that begins when the fault has lasted for so long."""
     return Braking(notice_ms / 1e3, _STOP.braking_m_s2, _STOP.jerk_m_s3)
 
 
@@ -48,12 +49,12 @@ _SILENT_GATEWAY = Braking(_ECU.command_timeout_ms / 1e3, _ECU.braking_m_s2, _ECU
 _SILENT_ECU = Braking(
     _GATEWAY.simulation.demand_timeout_ms / 1e3, _GATEWAY.simulation.actuators.self_closing_m_s2, BRAKE_CLOSING_M_S3
 )
-_NO_PICTURE = _after(_FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3)
+_NO_PICTURE = after(_FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3)
 
 _ALWAYS = {"gateway": _SILENT_GATEWAY, "ecu": _SILENT_ECU}
 _DEPENDS: dict[Source, dict[str, Braking]] = {
-    Source.AUTONOMY: {"autonomy": _after(_FAILSAFE.autonomy_lost_ms)},
-    Source.OPERATOR: {"cockpit": _after(_FAILSAFE.command_lost_ms), "window": _NO_PICTURE, "video": _NO_PICTURE},
+    Source.AUTONOMY: {"autonomy": after(_FAILSAFE.autonomy_lost_ms)},
+    Source.OPERATOR: {"cockpit": after(_FAILSAFE.command_lost_ms), "window": _NO_PICTURE, "video": _NO_PICTURE},
 }
 
 

@@ -50,7 +50,8 @@ def _table(rows: list[Row], note: str) -> str:
     machine = f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}"
     held = sum(row.held for row in rows)
     lines = [
-        "# Faults, with real processes", "", f"`make faults`, {machine}: {held} of {len(rows)} held.", "", f"`{note}`", "",
+        "# Faults in every mode of a drive, with real processes", "", f"`make mode-faults`, {machine}: {held} of {len(rows)} held.",
+        "", f"`{note}`", "",
         HEAD, "|---" * (HEAD.count("|") - 1) + "|", *map(_line, rows), "",
     ]  # fmt: skip
     return "\n".join(lines)

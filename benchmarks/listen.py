@@ -1,4 +1,6 @@
-"""`python -m benchmarks.listen CONFIG TOPIC...`: what arrives at the car's hub, a JSON line each, as the recorder would hear it.
+"""`python -m benchmarks.listen [--tower] CONFIG TOPIC...`: what arrives at a site's hub, a JSON line each.
+
+At the car's as the recorder hears it, at the tower's as an observer does.
 
 For tests that look into a network namespace from outside: run in there, read here. Ends with its parent's pipe or SIGTERM.
 """
@@ -15,7 +17,7 @@ from wire.settings import WireSettings
 from wire.topics import Role
 
 
-def run(config: Path, stop: threading.Event, topics: list[str]) -> int:
+def run(config: Path, stop: threading.Event, role: Role, topics: list[str]) -> int:
     wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
     lock = threading.Lock()
 
@@ -24,7 +26,7 @@ def run(config: Path, stop: threading.Event, topics: list[str]) -> int:
             sys.stdout.buffer.write(b'{"topic":"%b","received_ns":%d,"message":%b}\n' % (name.encode(), received_ns, payload))
             sys.stdout.buffer.flush()
 
-    with open_link(wire.link, Role.RECORDER, Clock(), stop) as link:
+    with open_link(wire.link, role, Clock(), stop) as link:
         for topic in topics:
             link.on_raw(topic, tell)
         stop.wait()
@@ -32,4 +34,7 @@ def run(config: Path, stop: threading.Event, topics: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(run_until_stopped(lambda path, stop: run(path, stop, sys.argv[2:]), Path(sys.argv[1])))
+    at_tower = sys.argv[1] == "--tower"
+    config, *topics = sys.argv[2:] if at_tower else sys.argv[1:]
+    role = Role.TOWER_OBSERVER if at_tower else Role.RECORDER
+    sys.exit(run_until_stopped(lambda path, stop: run(path, stop, role, topics), Path(config)))

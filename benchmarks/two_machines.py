@@ -14,7 +14,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -118,23 +118,30 @@ class Machine:
 class Sites:
     car: Machine
     tower: Machine
+    cable: object = None  # what joins them, where it can be told something
+
+
+Cable = Callable[[Machine, Machine], AbstractContextManager[object]]
 
 
 @contextmanager
-def two_machines(folder: Path, scenario: str = "short.toml") -> Iterator[Sites]:
-    """Both machines with their certificates, nothing running. The tower's clock is an hour off."""
+def two_machines(folder: Path, scenario: str = "short.toml", cable: Cable | None = None) -> Iterator[Sites]:
+    """Both machines with their certificates, nothing running. The tower's clock is an hour off.
+
+    cable  joins the two; by default a pair of interfaces that can be pulled
+    """
     car, tower = (_machine(folder, site, address) for site, address in (("car", CAR_ADDRESS), ("tower", TOWER_ADDRESS)))
     with ExitStack() as stack:
         for machine in (car, tower):
             subprocess.run(["ip", "netns", "add", machine.name], check=True)
             stack.callback(subprocess.run, ["ip", "netns", "del", machine.name], check=False)
-        _join(car, tower)
+        joined = stack.enter_context((cable or _pair)(car, tower))
         _configure(car, scenario)
         _configure(tower, scenario)
         _carry_certificates(folder, car, tower)
         for machine in (car, tower):
             stack.callback(machine.end_all)
-        yield Sites(car, tower)
+        yield Sites(car, tower, joined)
 
 
 def _machine(folder: Path, site: str, address: str) -> Machine:
@@ -143,7 +150,9 @@ def _machine(folder: Path, site: str, address: str) -> Machine:
     return Machine(f"rot-{site}-{os.getpid()}", address, f"rot{site}", own, own / f"{site}.toml")
 
 
-def _join(car: Machine, tower: Machine) -> None:
+@contextmanager
+def _pair(car: Machine, tower: Machine) -> Iterator[None]:
+    """It goes with its namespaces."""
     subprocess.run(
         ["ip", "link", "add", car.cable, "netns", car.name, "type", "veth", "peer", "name", tower.cable, "netns", tower.name],
         check=True,
@@ -152,6 +161,7 @@ def _join(car: Machine, tower: Machine) -> None:
         subprocess.run(["ip", "-n", machine.name, "addr", "add", f"{machine.address}/24", "dev", machine.cable], check=True)
         for link in ("lo", machine.cable):
             subprocess.run(["ip", "-n", machine.name, "link", "set", link, "up"], check=True)
+    yield
 
 
 def _configure(machine: Machine, scenario: str) -> None:
@@ -186,15 +196,18 @@ def _carry_certificates(folder: Path, car: Machine, tower: Machine) -> None:
 
 
 class Listener:
-    """What arrives at the car's hub, heard from outside its namespace. A context manager."""
+    """What arrives at a site's hub, heard from outside its namespace. A context manager.
 
-    def __init__(self, car: Machine, *topics: str) -> None:
+    tower  at the tower's hub, as its observer; else at the car's, as its recorder
+    """
+
+    def __init__(self, site: Machine, *topics: str, tower: bool = False) -> None:
         self.count: Counter[str] = Counter()
         self.newest: dict[str, Any] = {}  # by topic
         self.modes: deque[str] = deque()  # in order, without repetition
         self._heard_s: dict[str, float] = {}
         self._process = subprocess.Popen(
-            car.command("python", "-m", "benchmarks.listen", str(car.config), *topics),
+            site.command("python", "-m", "benchmarks.listen", *(("--tower",) if tower else ()), str(site.config), *topics),
             stdout=subprocess.PIPE,
             cwd=Path(__file__).resolve().parents[1],
         )

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from benchmarks.faults import Case, run_case
+from benchmarks.mode_faults import Case, run_case
 from benchmarks.rig import driving, read_referee
 from recordings.check import Tally, check, installed_replays
 from recordings.read import open_recording

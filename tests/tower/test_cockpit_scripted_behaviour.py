@@ -132,3 +132,16 @@ def test_it_never_presses_stop_clear_or_return_and_holds_the_dead_man_only_to_ta
             assert before.doing is Doing.REACT and now - before.since_ns >= 2 * S
         if before.doing is Doing.DRIVE and phase is not Phase.ACTIVE:
             assert not state.grips
+
+
+def test_a_keen_one_takes_a_car_that_drives_itself_and_keeps_it():
+    keen = replace(CALM, keen=True)
+    state = run(run(Behaviour(), keen, 1, 5), replace(keen, phase=Phase.READY), 5, 6)
+    assert state.presses.accept == 1 and state.presses.engage == 0
+    driving = replace(keen, mode=Mode.REMOTE, phase=Phase.ACTIVE, hand_back_ready=True)
+    assert run(run(state, replace(driving, mode=Mode.AUTONOMOUS), 6, 7), driving, 7, 20).presses.hand_back == 0
+
+
+def test_a_keen_one_takes_a_stopped_car_again_as_often_as_it_stops():
+    stopped = replace(CALM, mode=Mode.STOPPED, keen=True)
+    assert run(Behaviour(takes=TAKES_MAX), stopped, 1, 5).grips

@@ -1,6 +1,7 @@
 """What the scripted operator does when: watches, reacts, takes the wheel, drives, hands back, lets go. Pure.
 
-Takes over at a request of the automation, or a car that stands stopped in the middle of its drive. Never presses STOP.
+Takes over at a request of the automation, or a car that stands stopped in the middle of its drive; a keen one takes it whenever
+it may and keeps it. Never presses STOP.
 """
 
 from collections.abc import Callable
@@ -35,6 +36,11 @@ class Situation:
     picture_steady: bool  # live, and without a stutter for a while
     phase: Phase
     reaction_ns: int  # how long it would take now to understand and reach for the wheel
+    keen: bool = False  # wants to drive, asked or not
+
+    @property
+    def tempting(self) -> bool:
+        return self.keen and self.mode in (Mode.STANDBY, Mode.AUTONOMOUS, Mode.STOPPED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,11 +79,11 @@ def _go(state: Behaviour, doing: Doing, now_ns: int) -> Behaviour:
 def _watch(state: Behaviour, seen: Situation, now_ns: int) -> Behaviour:
     if now_ns - state.since_ns < SETTLE_NS or not seen.picture_live:
         return state
-    if seen.mode is Mode.STANDBY and not state.engaged and _may_press(state, now_ns):
+    if seen.mode is Mode.STANDBY and not (state.engaged or seen.keen) and _may_press(state, now_ns):
         return replace(state, presses=replace(state.presses, engage=state.presses.engage + 1), pressed_ns=now_ns)
     stranded = seen.mode is Mode.STOPPED and (state.engaged or state.requested)
     asked = seen.mode is Mode.TAKEOVER_REQUESTED or stranded
-    if asked and state.takes < TAKES_MAX:
+    if seen.tempting or (asked and state.takes < TAKES_MAX):
         return replace(_go(state, Doing.REACT, now_ns), react_until_ns=now_ns + seen.reaction_ns)
     return state
 
@@ -103,7 +109,7 @@ def _take(state: Behaviour, seen: Situation, now_ns: int) -> Behaviour:
 def _drive(state: Behaviour, seen: Situation, now_ns: int) -> Behaviour:
     if seen.phase is not Phase.ACTIVE:
         return _go(state, Doing.WATCH, now_ns)  # the wheel lets go: somebody else drives, or nobody
-    wants_back = seen.hand_back_ready and seen.home and seen.mode is Mode.REMOTE
+    wants_back = seen.hand_back_ready and seen.home and seen.mode is Mode.REMOTE and not seen.keen
     if wants_back and seen.picture_live and _may_press(state, now_ns):
         return replace(state, presses=replace(state.presses, hand_back=state.presses.hand_back + 1), pressed_ns=now_ns)
     return state
@@ -123,5 +129,5 @@ def _may_press(state: Behaviour, now_ns: int) -> bool:
 
 def _is_over(seen: Situation) -> bool:
     """The reason to take over is gone, or taking over is no longer the operator's business."""
-    recovered = seen.mode is Mode.AUTONOMOUS and not seen.request_open
+    recovered = seen.mode is Mode.AUTONOMOUS and not (seen.request_open or seen.keen)
     return recovered or seen.mode in (Mode.SAFE_STOP, Mode.EMERGENCY_STOP, Mode.LOCAL_DRIVER)

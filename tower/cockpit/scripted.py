@@ -41,6 +41,7 @@ class ScriptedSettings(Message):
     take_reaction_max_s: Seconds = 2.5
     reaction_s: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.2  # of eye and hand while driving, 0.15..0.25 in tracking tasks
     foot_1_s: Annotated[float, Meta(gt=0.1, le=20.0)] = 4.0  # pedal travel per second
+    keen: bool = False  # takes the car whenever it may and keeps it: for long drives that test the remote chain
     arms: ArmsSettings = ArmsSettings()
     way: WaySettings = WaySettings()
     speed: SpeedSettings = SpeedSettings()
@@ -116,6 +117,7 @@ class ScriptedOperator:
             picture_steady=self._picture.is_steady(now_ns),
             phase=phase,
             reaction_ns=self._reaction_ns,
+            keen=self._settings.keen,
         )
         before, self.behaviour = self.behaviour, behaviour.step(self.behaviour, situation, now_ns)
         if self.behaviour.doing is Doing.REACT and before.doing is not Doing.REACT:

@@ -1,0 +1,164 @@
+"""The kinds of faults, one row each: what is done, what has to become of the car, and the bound if it has to stand.
+
+A kind is done to a warm rig (benchmarks.warm_rig) while the operator drives. `hurt` begins it and gives what ends it, if anything
+besides the rig's own healing. STANDS: the car must stand within the bound. GOES_ON: it must not stop. SAFE: either, as the limits
+say; if it stops, within the bound from where it began to. Bounds come from the configuration (benchmarks.fault_bounds).
+"""
+
+import resource
+import signal
+import subprocess
+from collections.abc import Callable
+from enum import StrEnum
+from typing import NamedTuple
+
+from benchmarks.fault_bounds import Braking, after, stops
+from benchmarks.impairment import Impairment
+from benchmarks.warm_rig import WarmRig, pause, run_in
+from wire.messages.vehicle import Mode
+
+
+class Fate(StrEnum):
+    STANDS = "stands"
+    GOES_ON = "goes on"
+    SAFE = "safe"
+
+
+End = Callable[[], None]
+Hurt = Callable[[WarmRig], End]
+PICTURE_AND_COMMAND_MS = 500.0  # the command's limit is the longer one of the two
+LOOP_MS = 2500.0  # a slow loop: the p95 of a second above its limit, for one second more, and half a second of itself
+
+
+class Kind(NamedTuple):
+    name: str
+    what: str
+    fate: Fate
+    braking: Braking | None
+    hurt: Hurt
+    lasts_s: float = 3.0  # how long it lasts, or is watched
+
+
+def nothing() -> None:
+    """Healed by the rig."""
+
+
+def sent(name: str, how: signal.Signals) -> Hurt:
+    def hurt(rig: WarmRig) -> End:
+        rig.send(name, how)
+        return nothing
+
+    return hurt
+
+
+def stalled(name: str, seconds: float) -> Hurt:
+    """Stopped and let go on again."""
+
+    def hurt(rig: WarmRig) -> End:
+        rig.send(name, signal.SIGSTOP)
+        pause(rig, seconds)
+        rig.send(name, signal.SIGCONT)
+        return nothing
+
+    return hurt
+
+
+def way(forward: Impairment, back: Impairment | None = None, seconds: float | None = None) -> Hurt:
+    """Both directions, until the rig heals or for so long. forward: from the tower to the car."""
+
+    def hurt(rig: WarmRig) -> End:
+        rig.way.be(forward, back or forward)
+        if seconds is not None:
+            pause(rig, seconds)
+            rig.way.be()
+        return nothing
+
+    return hurt
+
+
+def intruder(what: str, at_tower: bool) -> Hurt:
+    def hurt(rig: WarmRig) -> End:
+        site = rig.sites.tower if at_tower else rig.sites.car
+        return ended_with(run_in(site, "benchmarks.intruder", what, str(site.config)))
+
+    return hurt
+
+
+def ended_with(process: "subprocess.Popen[bytes]") -> End:
+    def end() -> None:
+        process.terminate()
+        try:
+            process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    return end
+
+
+def disk_refuses(rig: WarmRig) -> End:
+    """No file of the recorder may grow any more."""
+    pid = rig.pid("recorder")
+    before = resource.prlimit(pid, resource.RLIMIT_FSIZE, (1, 1))
+    rig.hurt_names.add("recorder")
+
+    def end() -> None:
+        if rig.machine("recorder").running["recorder"].process.poll() is None:
+            resource.prlimit(pid, resource.RLIMIT_FSIZE, before)
+
+    return end
+
+
+def power_cycle(rig: WarmRig) -> End:
+    """Everything in the car loses its power at once, but the world and its actuators; all of it starts again while it moves."""
+    names = ("gateway", "ecu", "autonomy", "video", "recorder")
+    for name in names:
+        rig.send(name, signal.SIGKILL)
+    for name in names:
+        rig.machine(name).running[name].process.wait()
+        rig.start(name)
+    return nothing
+
+
+def _gone(name: str, how: signal.Signals, word: str) -> Kind:
+    braking = stops(Mode.REMOTE, name)
+    return Kind(f"{name}-{word}", f"{name}: {how.name}", Fate.GOES_ON if braking is None else Fate.STANDS, braking, sent(name, how))
+
+
+NAMES = ("cockpit", "window", "video", "gateway", "ecu", "autonomy", "recorder")
+_LOST, _PICTURE, _LOOP = after(PICTURE_AND_COMMAND_MS), stops(Mode.REMOTE, "video"), after(LOOP_MS)
+_GATEWAY = stops(Mode.REMOTE, "gateway")
+MOBILE = Impairment(delay_ms=20.0, jitter_ms=3.0)
+BLACK = Impairment(loss=1.0)
+KINDS: tuple[Kind, ...] = (
+    *(_gone(name, signal.SIGKILL, "killed") for name in NAMES),
+    *(_gone(name, signal.SIGSTOP, "stopped") for name in NAMES),
+    Kind("cockpit-stalls", "cockpit stands still for 300 ms", Fate.SAFE, _LOST, stalled("cockpit", 0.3)),
+    Kind("window-stalls", "window stands still for 300 ms", Fate.SAFE, _PICTURE, stalled("window", 0.3)),
+    Kind("video-stalls", "cameras stand still for 300 ms", Fate.SAFE, _PICTURE, stalled("video", 0.3)),
+    Kind("gateway-stalls", "gateway stands still for 300 ms", Fate.STANDS, _GATEWAY, stalled("gateway", 0.3)),
+    Kind("ecu-stalls", "ECU stands still for 300 ms", Fate.STANDS, stops(Mode.REMOTE, "ecu"), stalled("ecu", 0.3)),
+    Kind("autonomy-stalls", "automation stands still for 300 ms", Fate.GOES_ON, None, stalled("autonomy", 0.3)),
+    Kind("disk-refuses", "the disk takes no more of the recording", Fate.GOES_ON, None, disk_refuses),
+    Kind("loss-2", "2 % of the packets lost", Fate.GOES_ON, None, way(Impairment(loss=0.02, delay_ms=20.0, jitter_ms=3.0))),
+    Kind("loss-20", "20 % lost", Fate.SAFE, _LOOP, way(Impairment(loss=0.2, delay_ms=20.0)), 6.0),
+    Kind("delay-80", "80 ms each way", Fate.GOES_ON, None, way(Impairment(delay_ms=80.0)), 5.0),
+    Kind("delay-400", "400 ms each way", Fate.STANDS, _LOOP, way(Impairment(delay_ms=400.0)), 8.0),
+    Kind("jitter", "20 to 80 ms each way", Fate.SAFE, _LOOP, way(Impairment(delay_ms=20.0, jitter_ms=60.0)), 5.0),
+    Kind("doubled", "one packet in five comes twice", Fate.GOES_ON, None, way(Impairment(delay_ms=20.0, duplicate=0.2))),
+    Kind("reordered", "one in ten overtakes", Fate.SAFE, _LOOP, way(Impairment(delay_ms=20.0, reorder=0.1)), 5.0),
+    Kind("corrupted", "one bit turned in one packet of fifty", Fate.SAFE, _LOOP, way(Impairment(delay_ms=20.0, corrupt=0.02)), 5.0),
+    Kind("narrow", "300 kbit/s", Fate.SAFE, _LOOP, way(MOBILE, Impairment(delay_ms=20.0, rate_kbps=300.0)), 8.0),
+    Kind("blackout-50", "nothing for 50 ms", Fate.GOES_ON, None, way(BLACK, seconds=0.05)),
+    Kind("blackout-200", "nothing for 200 ms", Fate.SAFE, _LOST, way(BLACK, seconds=0.2)),
+    Kind("blackout-1000", "nothing for 1 s", Fate.STANDS, _LOST, way(BLACK, seconds=1.0)),
+    Kind("blackout-5000", "nothing for 5 s", Fate.STANDS, _LOST, way(BLACK, seconds=5.0)),
+    Kind("uplink-black", "nothing to the car, all from it", Fate.STANDS, _LOST, way(BLACK, Impairment())),
+    Kind("downlink-black", "nothing from the car, all to it", Fate.STANDS, _PICTURE, way(Impairment(), BLACK)),
+    Kind("flooded", "10,000 junk messages a second on the command key", Fate.GOES_ON, None, intruder("flood", True), 5.0),
+    Kind("forged", "commands without the lease's key", Fate.GOES_ON, None, intruder("forged", True), 5.0),
+    Kind("frozen-world", "the same picture with fresh stamps", Fate.STANDS, after(5000.0), intruder("frozen", False), 8.0),
+    Kind("stuck-gnss", "the same position with fresh stamps", Fate.SAFE, _LOST, intruder("stuck", False), 6.0),
+    Kind("repeated-frames", "the gateway's own CAN frames again", Fate.SAFE, _GATEWAY, intruder("frames", False), 5.0),
+    Kind("power-cycle", "the car's computers start again while it moves", Fate.STANDS, _GATEWAY, power_cycle),
+)

@@ -1,0 +1,130 @@
+"""Somebody who does not belong: `python -m benchmarks.intruder WHAT CONFIG`, until SIGTERM. For fault campaigns only.
+
+flood    a second program with the operator's certificate puts 10,000 junk messages a second on the command key
+forged   it sends well-formed commands with the current epoch and ever higher numbers, without the lease's key
+frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
+stuck    likewise: the same position from the satellites, with fresh stamps
+frames   on the vehicle bus: the gateway's own last command again, as it was; the counter is wrong each time
+"""
+
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from benchmarks.cycle_messages import command
+from vehicle_gateway.can.bus import open_bus
+from vehicle_gateway.can.codec import codec_of
+from vehicle_gateway.can.dbc import read_layouts
+from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.settings import VehicleGatewaySettings
+from wire.clock import Clock
+from wire.configuration import read_sections
+from wire.latest import Latest
+from wire.link import Link, open_link
+from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
+from wire.pace import Pace
+from wire.settings import WireSettings
+from wire.topics import Role
+
+FLOOD_HZ, BURST = 10_000, 100
+JUNK = b'{"lease_epoch": 1, "sequence": NaN}' * 4
+AHEAD_NS = 30_000_000  # always newer than the genuine one
+FAR = 2**40  # a sequence number no cockpit comes to
+Tick = Callable[[int, int], None]  # number, now_ns
+Prepare = Callable[[Link, Link, Path], Tick]  # where it speaks, where it listens
+
+
+def flood(link: Link, _: Link, config: Path) -> Tick:
+    def tick(number: int, now_ns: int) -> None:
+        for _ in range(BURST):
+            link.publish("drive_command", JUNK)
+
+    return tick
+
+
+def forged(link: Link, heard: Link, config: Path) -> Tick:
+    status: Latest[GatewayStatus] = heard.level("gateway_status")
+    car: VehicleDescription = read_sections(config, {"vehicle": VehicleDescription})["vehicle"]
+
+    def tick(number: int, now_ns: int) -> None:
+        known = status.get()
+        if known is not None:
+            made = command(known.message.stamp_ns, FAR + number, known.message.lease_epoch, Mode.REMOTE, car)
+            full = replace(made, echoed_boot_id=known.message.boot_id, road_wheel_angle_rad=0.5, acceleration_m_s2=2.0)
+            link.publish("drive_command", full)
+
+    return tick
+
+
+def repeated(topic: str) -> Prepare:
+    """The first message of a topic for ever, each time newer than any genuine one."""
+
+    def prepare(link: Link, heard: Link, config: Path) -> Tick:
+        genuine: Latest[Any] = heard.level(topic)
+        kept: list[Any] = []
+
+        def tick(number: int, now_ns: int) -> None:
+            first = genuine.get()
+            if first is not None and not kept:
+                kept.append(first.message)
+            if kept:
+                link.publish(topic, replace(kept[0], stamp_ns=now_ns + AHEAD_NS))
+
+        return tick
+
+    return prepare
+
+
+KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as, rate
+    "flood": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, FLOOD_HZ / BURST, flood),
+    "forged": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 100.0, forged),
+    "frozen": (Role.SIMULATE, Role.VIDEO, 100.0, repeated("world_state")),
+    "stuck": (Role.SIMULATE, Role.AUTONOMY, 20.0, repeated("gnss")),
+}
+FRAMES_HZ = 100.0
+
+
+def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
+    speaks, listens, rate_hz, prepare = KINDS[kind]
+    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+    clock = Clock()
+    with open_link(wire.link, speaks, clock, stop) as link, open_link(wire.link, listens, clock, stop) as heard:
+        tick = prepare(link, heard, config)
+        with Pace(1.0 / rate_hz, clock, stop) as pace:
+            for number, now_ns in enumerate(pace):
+                tick(number, now_ns)
+
+
+def on_the_bus(config: Path, stop: threading.Event) -> None:
+    settings: VehicleGatewaySettings = read_sections(config, {"vehicle_gateway": VehicleGatewaySettings})["vehicle_gateway"]
+    ours = codec_of(read_layouts(settings.can.dbc)).permits
+    newest: list[Frame] = []
+
+    def hear(frame: Frame, _: int) -> None:
+        if frame.arbitration_id in ours:
+            newest[:] = [frame]
+
+    clock = Clock()
+    with open_bus(settings.can, "vehicle", hear, clock) as bus, Pace(1.0 / FRAMES_HZ, clock, stop) as pace:
+        for _ in pace:
+            for frame in newest:
+                bus.send(frame)
+
+
+def main(kind: str, config: Path) -> int:
+    stop = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: stop.set())
+    if kind == "frames":
+        on_the_bus(config, stop)
+    else:
+        on_the_link(kind, config, stop)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], Path(sys.argv[2])))

@@ -1,0 +1,183 @@
+"""A car and a tower that stay up while they are hurt again and again: two namespaces, a bad way between them, real programs.
+
+The scripted operator is keen: he takes the car whenever he may and keeps it, on a straight road without a site. After each fault
+what was killed is started again, what was stopped goes on, the way is perfect, and the rig waits until he drives at speed.
+Needs root, `ip` and /dev/net/tun. The truth is the referee's own log.
+"""
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from benchmarks.bad_way import BadWay, bad_way
+from benchmarks.rig import RigError, read_referee
+from benchmarks.two_machines import CAR_ADDRESS, Listener, Machine, Sites, two_machines
+from wire.configuration import read_tables
+from wire.messages.sensing import Referee
+from wire.messages.vehicle import Mode
+
+PLACE = f"{CAR_ADDRESS}:7450"
+ROAD_M = 1500.0  # some forty faults of 30 m each
+SPEED_MIN_M_S = 2.5  # the fault comes while the car really drives
+DRIVEN_S = 1.0  # and the operator has had it for so long
+STANDSTILL_M_S = 0.05
+STOPS_MAX = 20  # the most that may be configured: of ten minutes; then a rig is made anew
+CAR = {
+    "simulate": ("vehicle-gateway", "simulate"),
+    "ecu": ("vehicle-gateway", "ecu"),
+    "gateway": ("vehicle-gateway", "run", "--listen", PLACE),
+    "recorder": ("recordings", "record"),
+    "video": ("vehicle-gateway", "video"),
+    "autonomy": ("autonomy", "run"),
+}
+TOWER = {"cockpit": ("tower", "cockpit"), "window": ("tower", "window")}
+MAP: dict[str, Any] = {
+    "name": "long",
+    "start": [0.0, 0.0],
+    "start_heading_rad": 0.0,
+    "segments": [{"length_m": ROAD_M}],
+    "lane_width_m": 3.5,
+    "sidewalk_width_m": 2.5,
+    "drives_on": "right",
+    "speed_limit_m_s": 6.9,
+    "goal_station_m": ROAD_M - 10.0,
+}
+START = {"station_m": 10.0}
+SCENARIO: dict[str, Any] = {"name": "long road", "map": "long.toml", "seed": 5, "time_limit_s": 3600.0, "start": START}
+
+
+@dataclass(slots=True)
+class WarmRig:
+    sites: Sites
+    way: BadWay
+    car: Listener
+    tower: Listener  # what the operator's window is told
+    hurt_names: set[str] = field(default_factory=set)
+
+    def machine(self, name: str) -> Machine:
+        return self.sites.car if name in CAR else self.sites.tower
+
+    def pid(self, name: str) -> int:
+        return self.machine(name).running[name].process.pid
+
+    def send(self, name: str, how: signal.Signals) -> None:
+        self.hurt_names.add(name)
+        os.kill(self.pid(name), how)
+
+    def start(self, name: str) -> None:
+        self.machine(name).start(name, *(CAR | TOWER)[name])
+
+    def heal(self) -> None:
+        """Everything runs and the way is perfect."""
+        self.way.be()
+        for name in self.hurt_names:
+            program = self.machine(name).running[name]
+            if program.process.poll() is None:
+                os.kill(program.process.pid, signal.SIGCONT)
+            else:
+                self.start(name)
+        self.hurt_names.clear()
+
+    def referee(self) -> list[Referee]:
+        return read_referee(self.sites.car.folder)
+
+    def drives(self) -> bool:
+        """The operator has been driving for a while, at speed."""
+        status, log = self.car.newest.get("gateway_status"), self.referee()
+        if status is None or status["mode"] != Mode.REMOTE or not log:
+            return False
+        fresh = self.car.silence_s("gateway_status") < 0.5
+        return fresh and status["stamp_ns"] - status["mode_since_ns"] > DRIVEN_S * 1e9 and log[-1].speed_m_s > SPEED_MIN_M_S
+
+    def wait_until(self, what: str, condition: Callable[[], object], patience_s: float) -> None:
+        """Raises RigError."""
+        try:
+            self.car.wait_until(what, condition, patience_s)
+        except TimeoutError as error:
+            status = self.car.newest.get("gateway_status") or {}
+            raise RigError(f"{error}; cause {status.get('cause')!r}, refused {status.get('take_refused')!r}") from None
+
+    @property
+    def left_m(self) -> float:
+        log = self.referee()
+        return ROAD_M - (log[-1].station_m if log else 0.0)
+
+    def worn(self) -> bool:
+        """The road or the stops of ten minutes come to their end."""
+        status = self.car.newest.get("gateway_status") or {}
+        return self.left_m < 120.0 or int(status.get("stops_in_ten_minutes", 0)) >= STOPS_MAX - 1
+
+
+@contextmanager
+def warm_rig(folder: Path) -> Iterator[WarmRig]:
+    """The rig with everything started; leaving the context ends it."""
+    with two_machines(folder, str(_world(folder)), cable=_cable) as sites, ExitStack() as stack:
+        way = sites.cable
+        if not isinstance(way, BadWay):
+            raise RigError("the rig has no bad way")
+        _configure(sites)
+        for name, (program, *arguments) in CAR.items():
+            sites.car.start(name, program, *arguments)
+        car = stack.enter_context(Listener(sites.car, "gateway_status", "vehicle_state", "drive_command"))
+        for name, (program, *arguments) in TOWER.items():
+            sites.tower.start(name, program, *arguments)
+        tower = stack.enter_context(Listener(sites.tower, "gateway_status", "window_status", tower=True))
+        yield WarmRig(sites, way, car, tower)
+
+
+@contextmanager
+def _cable(car: Machine, tower: Machine) -> Iterator[BadWay]:
+    with bad_way((tower.name, f"{tower.address}/24"), (car.name, f"{car.address}/24")) as way:
+        yield way
+
+
+def _world(folder: Path) -> Path:
+    """Map and scenario files."""
+    for name, content in (("long.toml", MAP), ("long_road.toml", SCENARIO)):
+        (folder / name).write_bytes(tomli_w.dumps(content).encode())
+    return folder / "long_road.toml"
+
+
+def _configure(sites: Sites) -> None:
+    for machine in (sites.car, sites.tower):
+        tables: dict[str, Any] = read_tables(machine.config)
+        if machine is sites.car:
+            tables["autonomy"]["map"] = str(machine.folder.parent / "long.toml")
+            limits = tables["vehicle_gateway"].setdefault("limits", {})
+            limits.setdefault("hand_over", {})["stops_max"] = STOPS_MAX
+        else:
+            tables["wire"]["link"].update(vehicle_id="car-1", connect=[PLACE])
+            tables["wire"]["session"] = {"folder": str(machine.folder), "name": machine.folder.name}
+            tables["tower"]["cockpit"]["scripted"] = {"keen": True, "take_reaction_min_s": 0.5, "take_reaction_max_s": 1.0}
+        machine.config.write_bytes(tomli_w.dumps(tables).encode())
+
+
+def said(rig: WarmRig) -> str:
+    """What the operator was told last, for a table."""
+    status = rig.tower.newest.get("gateway_status") or {}
+    return f"{status.get('mode', 'nothing')}: {status.get('cause', '')}"
+
+
+def run_in(machine: Machine, module: str, *arguments: str) -> "subprocess.Popen[bytes]":
+    """A module of ours in a namespace."""
+    return subprocess.Popen(
+        machine.command("python", "-m", module, *arguments),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=(machine.folder / f"{module}.log").open("ab"),
+        cwd=Path(__file__).resolve().parents[1],
+    )
+
+
+def pause(rig: WarmRig, seconds: float) -> None:
+    """Let the drive go on for a while; looked at, not slept through."""
+    until = time.monotonic() + seconds
+    rig.wait_until("time passed", lambda: time.monotonic() >= until, seconds + 5.0)
