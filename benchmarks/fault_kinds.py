@@ -125,7 +125,7 @@ def _gone(name: str, how: signal.Signals, word: str) -> Kind:
     return Kind(f"{name}-{word}", f"{name}: {how.name}", Fate.GOES_ON if braking is None else Fate.STANDS, braking, sent(name, how))
 
 
-NAMES = ("cockpit", "window", "video", "gateway", "ecu", "autonomy", "recorder")
+NAMES = ("cockpit", "window", "video", "gateway", "ecu", "autonomy", "recorder", "watchdog")
 _LOST, _PICTURE, _LOOP = after(PICTURE_AND_COMMAND_MS), stops(Mode.REMOTE, "video"), after(LOOP_MS)
 _GATEWAY = stops(Mode.REMOTE, "gateway")
 MOBILE = Impairment(delay_ms=20.0, jitter_ms=3.0)

@@ -33,6 +33,7 @@ STOPS_MAX = 20  # the most that may be configured: of ten minutes; then a rig is
 CAR = {
     "simulate": ("vehicle-gateway", "simulate"),
     "ecu": ("vehicle-gateway", "ecu"),
+    "watchdog": ("vehicle-gateway", "watchdog"),
     "gateway": ("vehicle-gateway", "run", "--listen", PLACE),
     "recorder": ("recordings", "record"),
     "video": ("vehicle-gateway", "video"),
@@ -150,7 +151,7 @@ def _configure(sites: Sites) -> None:
     for machine in (sites.car, sites.tower):
         tables: dict[str, Any] = read_tables(machine.config)
         if machine is sites.car:
-            tables["autonomy"]["map"] = str(machine.folder.parent / "long.toml")
+            tables["autonomy"]["map"] = tables["vehicle_gateway"]["map"] = str(machine.folder.parent / "long.toml")
             limits = tables["vehicle_gateway"].setdefault("limits", {})
             limits.setdefault("hand_over", {})["stops_max"] = STOPS_MAX
         else:
