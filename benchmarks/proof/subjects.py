@@ -19,7 +19,7 @@ SUBJECTS = (
     _gateway("authority", "authority", "authority_parts"),
     _gateway("failsafe", "limits", "failsafe", "failsafe_parts", "tables"),
     _gateway("gate", "limits", "gate_names", "gate"),
-    _gateway("lease", "lease", "supervision"),
+    _gateway("lease", "lease_asker", "lease"),
     _gateway("hand_over", "limits", "hand_over"),
     _gateway("can/e2e", "can_e2e", "can_e2e_both_ways"),
     _gateway("can/layout", "can_layout", "can_codec", "can_cyclic"),
