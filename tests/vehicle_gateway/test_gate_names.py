@@ -1,5 +1,7 @@
 """Each bound of the gate alone, with the figure worked out by hand and the name that the recording carries."""
 
+from math import atan
+
 import pytest
 
 from tests.safety.world import CAR
@@ -36,3 +38,39 @@ def sent(requested, previous, speed=5.0, cap=100.0, moving_hands=False):
 )
 def test_each_bound_of_the_acceleration_has_its_figure_and_its_name(case, applied, rules):
     assert sent(**case) == (pytest.approx(applied), rules)
+
+
+def steered(asked, previous, speed, acceleration=0.0):
+    def ask(angle):
+        return Actuation(road_wheel_angle_rad=angle, acceleration_m_s2=acceleration, gear=Gear.DRIVE)
+
+    result = gate(ask(asked), ask(previous), speed, 100.0, False, 0.01, CAR, GateLimits())
+    return result.actuation, result.rules
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_each_bound_of_the_steering_has_its_figure_and_its_name(side):
+    at_10_m_s = atan(CAR.wheelbase_m * 3.0 / 10.0**2)  # the angle of 3 m/s2 sideways
+    most = CAR.road_wheel_angle_max_rad
+    cases = (
+        (0.5, at_10_m_s, 10.0, at_10_m_s, ("lateral acceleration",)),
+        (0.8, most, 0.5, most, ("steering angle",)),
+        (0.1, 0.0, 0.5, 0.006, ("steering rate",)),  # 0.6 rad/s in 10 ms
+        (0.02, 0.0, 10.0, atan(CAR.wheelbase_m * 5.0 * 0.01 / 10.0**2), ("steering rate", "lateral jerk")),
+        (0.005, 0.0, 0.5, 0.005, ()),
+    )
+    for asked, previous, speed, applied, rules in cases:
+        sent_now, said = steered(asked * side, previous * side, speed)
+        assert (sent_now.road_wheel_angle_rad, said) == (pytest.approx(applied * side), rules)
+
+
+def test_traction_settles_on_the_speed_that_the_sent_angle_allows():
+    at_10_m_s = atan(CAR.wheelbase_m * 3.0 / 10.0**2)
+    sent_now, said = steered(at_10_m_s, at_10_m_s, 9.9, acceleration=2.0)
+    assert (sent_now.acceleration_m_s2, said) == (pytest.approx(0.2), ("curve speed",))  # 0.1 m/s in half a second
+
+
+def test_where_one_bound_gives_back_what_another_took_nothing_is_said():
+    asked = 0.7 - 0.6 * 0.01  # beyond the end of the steering, but no nearer to it can the wheel turn in one step
+    sent_now, said = steered(asked, 0.7, 0.5)
+    assert (sent_now.road_wheel_angle_rad, said) == (asked, ())

@@ -37,6 +37,7 @@ SOON = "the certificates last {} minutes more: renew them, or the drive ends wit
         ({"lease_current": False}, "no current lease: wait for it or for its holder"),
         ({"certificate_s": 900.0}, ""),
         ({"certificate_s": 899.0}, SOON.format(15)),
+        ({"certificate_s": 875.0}, SOON.format(15)),  # 14.6
         ({"certificate_s": 0.0}, SOON.format(0)),
         ({"stop_pressed": True}, "STOP is pressed: clear it first"),
         ({"car_answers": False}, "the car does not answer on CAN"),
