@@ -20,7 +20,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
-from wire.pace import Pace
+from wire.pace import Pace, share_interpreter
 from wire.settings import WireSettings
 from wire.topics import PROGRAMS, Role
 
@@ -37,6 +37,7 @@ def run(config: Path, stop: threading.Event) -> int:
     wire, settings = sections["wire"], sections["tower"].window
     servers = ways(wire.ice)
     clock = Clock(wire.clock.tower_offset_ns)
+    share_interpreter()
     cv2.setNumThreads(1)  # a window must not take the cores of the control loops beside it
     with (
         open_link(wire.link, Role.WINDOW, clock, stop) as link,

@@ -22,6 +22,7 @@ from wire.ice import ways
 from wire.link import open_link
 from wire.logs import fields
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
+from wire.pace import share_interpreter
 from wire.road import Road
 from wire.scenario import find_scenario, read_map, read_scenario
 from wire.settings import WireSettings
@@ -39,6 +40,7 @@ def run(config: Path, stop: threading.Event) -> int:
     gateway: VehicleGatewaySettings = sections["vehicle_gateway"]
     choices = choose_sources(gateway.video, vehicle)
     renderer = _renderers(gateway.simulation.scenario, vehicle)
+    share_interpreter()
     cv2.setNumThreads(1)  # one thread per camera is parallel enough
     servers = ways(wire.ice)
     clock = Clock()
