@@ -182,8 +182,8 @@ def configuration(tmp_path: Path) -> tuple[Path, CanSettings]:
         f'[wire.pace]\nfifo_priority = 0\n[wire.link]\ncertificates = "{tmp_path}/certificates"\n'
         f'car_hub = "127.0.0.1:{free_port()}"\ntower_hub = "127.0.0.1:{free_port()}"',
     )
-    memory = f'\n[vehicle_gateway]\nmemory = "{tmp_path}/memory.json"\n[vehicle_gateway.can]\nport = {can.port}\n'
-    (tmp_path / "car.toml").write_text(text + memory, encoding="utf-8")
+    text = text.replace("[vehicle_gateway]\n", f'[vehicle_gateway]\nmemory = "{tmp_path}/memory.json"\n')
+    (tmp_path / "car.toml").write_text(f"{text}\n[vehicle_gateway.can]\nport = {can.port}\n", encoding="utf-8")
     return tmp_path / "car.toml", can
 
 

@@ -57,6 +57,7 @@ CHANGES = {
     "lights": Lights.OFF,
     "wipers": Wipers.FAST,
     "dead_man": True,
+    "override": True,
     "hmac": "0" * 32,
 }
 
