@@ -12,6 +12,7 @@ from typing import Protocol, Self
 
 import numpy as np
 
+from vehicle_gateway.video.brush_turn import Brush
 from vehicle_gateway.video.picture import Bytes, Picture, luma, planar_frame
 from vehicle_gateway.video.slot import NewestSlot
 from vehicle_gateway.video.turns import every, first_turns, is_turn, number_of
@@ -38,13 +39,15 @@ class SimulatedSource:
     def __init__(self, renderer: Renderer, width_px: int, height_px: int, rate_hz: float) -> None:
         self.rate_hz = rate_hz
         self.first_turn = 0
-        self.brush: threading.Lock = threading.Lock()  # the feed gives all its cameras the same
+        self.brush = Brush()  # the feed gives all its cameras the same
+        self.urgent = False  # the fastest of them, by which is driven
         self._renderer = renderer
         self._planes: Bytes = np.zeros((height_px * 3 // 2, width_px), np.uint8)
         self._step = every(rate_hz)
         self._states: NewestSlot[WorldState] = NewestSlot()
         self._pictures: NewestSlot[Picture] = NewestSlot()
         self._last: int | None = None
+        self._overtaken = 0
         self._halt = threading.Event()
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="renderer")
         self._worker: Future[None] | None = None
@@ -52,7 +55,7 @@ class SimulatedSource:
 
     @property
     def skipped(self) -> int:
-        return self._states.replaced + self._pictures.replaced
+        return self._states.replaced + self._pictures.replaced + self._overtaken
 
     def __enter__(self) -> Self:
         self._worker = self._pool.submit(self._run)
@@ -90,7 +93,10 @@ class SimulatedSource:
             self._pictures.put(self._picture_of(world))
 
     def _picture_of(self, world: WorldState) -> Picture:
-        with self.brush:
+        with self.brush.held(self.urgent):
+            newer = self._states.take(0.0)  # it came while another camera was drawn
+            self._overtaken += newer is not None
+            world = newer or world
             self._renderer.render_planar(world, self._planes)
         frame = planar_frame(self._planes)
         add_read_noise(luma(frame), world.stamp_ns)
@@ -103,9 +109,9 @@ class WorldFeed:
     def __init__(self, sources: list[SimulatedSource]) -> None:
         self._sources = sources
         self._origin_ns = self._newest_ns = 0
-        brush = threading.Lock()
+        brush, fastest_hz = Brush(), max((source.rate_hz for source in sources), default=0.0)
         for source, first in zip(sources, first_turns([source.rate_hz for source in sources]), strict=True):
-            source.first_turn, source.brush = first, brush
+            source.first_turn, source.brush, source.urgent = first, brush, source.rate_hz == fastest_hz
 
     def put(self, world: WorldState, received_ns: int) -> None:
         """The stamp that counts is the state's own."""
