@@ -13,13 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
+import tomli_w
 from rich.console import Console
 
 from tower.demo.aftermath import make_whole
 from tower.demo.crew import CAR, TOWER, Member, crew, utc_folder
 from tower.demo.observer import Observer
 from tower.demo.session import choose, write_session
-from wire.configuration import read_sections, shipped
+from wire.configuration import read_sections, read_tables, shipped
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
 from wire.settings import WireSettings
@@ -86,10 +87,14 @@ def read_referee(folder: Path) -> list[Referee]:
 
 
 @contextmanager
-def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None = None) -> Iterator[Drive]:
-    """`tower demo ARGUMENTS` from its start; leaving the context ends it and everything it started."""
+def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None = None, lighter: bool = False) -> Iterator[Drive]:
+    """`tower demo ARGUMENTS` from its start; leaving the context ends it and everything it started.
+
+    lighter  with pictures of half the width and height, for what is about the drive and not about how fast this machine encodes
+    """
     log = sessions / "demo.log"
     program = Path(sys.executable).parent / "tower"
+    arguments = (*arguments, "--config", str(with_lighter_pictures(sessions))) if lighter else arguments
     variables = os.environ | {"SDL_VIDEODRIVER": "dummy"} if environment is None else environment
     with log.open("wb") as stream:
         process = subprocess.Popen(
@@ -112,6 +117,17 @@ def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None 
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+
+
+def with_lighter_pictures(folder: Path) -> Path:
+    """The shipped simulated car with a quarter of the pixels of each camera; the same view."""
+    tables = read_tables(shipped("simulated.toml"))
+    for camera in tables["vehicle"]["cameras"]:
+        half = {name: camera[name] / 2 for name in ("width_px", "height_px", "focal_length_px")}
+        camera.update(half, width_px=int(half["width_px"]), height_px=int(half["height_px"]))
+    written = folder / "lighter.toml"
+    written.write_bytes(tomli_w.dumps(tables).encode())
+    return written
 
 
 def _folder(sessions: Path, process: subprocess.Popen[bytes], log: Path) -> Path:

@@ -36,7 +36,7 @@ def steps_of(folder: Path) -> dict[str, Tally]:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One undisturbed demo, from its start to its report."""
-    with driving(tmp_path_factory.mktemp("sessions")) as drive:
+    with driving(tmp_path_factory.mktemp("sessions"), lighter=True) as drive:
         code = drive.process.wait(DRIVE_S)
         return drive.folder, code, (drive.folder.parent / "demo.log").read_text()
 
@@ -132,7 +132,7 @@ def test_the_window_left_a_picture_of_the_remote_drive(finished):
 
 
 def test_a_killed_recorder_is_shown_and_a_killed_cockpit_stops_the_car_and_nothing_recorded_is_lost(tmp_path):
-    with driving(tmp_path, "--scenario", "short") as drive:
+    with driving(tmp_path, "--scenario", "short", lighter=True) as drive:
         drive.wait_until("autonomous", lambda: drive.mode is Mode.AUTONOMOUS, 60.0)
         drive.hurt("recorder", signal.SIGKILL)
         outcome = run_case(drive, Case(Mode.REMOTE, "cockpit", signal.SIGKILL))
@@ -158,6 +158,6 @@ def test_a_killed_recorder_is_shown_and_a_killed_cockpit_stops_the_car_and_nothi
     ids=lambda case: case.name,
 )
 def test_what_the_driver_depends_on_may_die_and_the_car_stands_within_the_bound(tmp_path, case):
-    with driving(tmp_path, "--scenario", "short") as drive:
+    with driving(tmp_path, "--scenario", "short", lighter=True) as drive:
         outcome = run_case(drive, case)
     assert outcome.held, outcome.text
