@@ -90,7 +90,7 @@ def read_referee(folder: Path) -> list[Referee]:
 def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None = None, lighter: bool = False) -> Iterator[Drive]:
     """`tower demo ARGUMENTS` from its start; leaving the context ends it and everything it started.
 
-    lighter  with pictures of half the width and height, for what is about the drive and not about how fast this machine encodes
+    lighter  with the front camera alone and half its width and height: about the drive, not about how fast this machine encodes
     """
     log = sessions / "demo.log"
     program = Path(sys.executable).parent / "tower"
@@ -120,11 +120,12 @@ def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None 
 
 
 def with_lighter_pictures(folder: Path) -> Path:
-    """The shipped simulated car with a quarter of the pixels of each camera; the same view."""
+    """The shipped simulated car with its front camera alone, a quarter of the pixels; the same view."""
     tables = read_tables(shipped("simulated.toml"))
-    for camera in tables["vehicle"]["cameras"]:
-        half = {name: camera[name] / 2 for name in ("width_px", "height_px", "focal_length_px")}
-        camera.update(half, width_px=int(half["width_px"]), height_px=int(half["height_px"]))
+    (front,) = (camera for camera in tables["vehicle"]["cameras"] if camera["name"] == "front")
+    front.update({name: front[name] / 2 for name in ("width_px", "height_px", "focal_length_px")})
+    front.update(width_px=int(front["width_px"]), height_px=int(front["height_px"]))
+    tables["vehicle"]["cameras"] = [front]
     written = folder / "lighter.toml"
     written.write_bytes(tomli_w.dumps(tables).encode())
     return written
