@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 from wire.messages.health import LoopHealth
 from wire.messages.operating import DriveCommand, OperatorStatus, WindowStatus
 from wire.messages.sensing import CameraStatus, Referee
-from wire.messages.vehicle import GatewayCycle, GatewayStatus, Mode, VehicleState
+from wire.messages.vehicle import GatewayCycle, GatewayStatus, Mode, MotionToMotion, VehicleState
 
 
 class RowSource(Protocol):
@@ -60,6 +60,11 @@ class SpeedRow(NamedTuple):
     speed_m_s: float
 
 
+class MotionRow(NamedTuple):
+    log_ns: int
+    said: MotionToMotion
+
+
 class CameraRow(NamedTuple):
     log_ns: int
     status: CameraStatus
@@ -76,6 +81,7 @@ class Drive:
     referee: list[Referee] = field(default_factory=list)
     health: list[LoopHealth] = field(default_factory=list)
     cameras: list[CameraRow] = field(default_factory=list)
+    motions: list[MotionRow] = field(default_factory=list)
 
 
 def collect(source: RowSource) -> Drive:
@@ -117,8 +123,10 @@ def _take_window(drive: Drive, log_ns: int, message: WindowStatus) -> None:
     drive.shown.extend(ShownRow(log_ns, frame.camera, frame.capture_ns, frame.shown_ns) for frame in message.shown)
 
 
-def _take_state(drive: Drive, _: int, message: VehicleState) -> None:
+def _take_state(drive: Drive, log_ns: int, message: VehicleState) -> None:
     drive.speeds.append(SpeedRow(message.stamp_ns, message.speed_m_s))
+    if message.motion_to_motion is not None:
+        drive.motions.append(MotionRow(log_ns, message.motion_to_motion))
 
 
 def _take_referee(drive: Drive, _: int, message: Referee) -> None:

@@ -62,6 +62,10 @@ def _latencies(summary: Summary) -> Table:
     if summary.loop_age_ms is not None:
         age = summary.loop_age_ms
         table.add_row("picture to command used", *(_number(value, "ms") for value in (age.p50, age.p95, age.p99)), "")
+    if summary.motion_to_motion_ms is not None:
+        whole = summary.motion_to_motion_ms
+        spread = (_number(value, "ms") for value in (whole.p50, whole.p95, whole.p99))
+        table.add_row("motion to motion", *spread, f"+-{whole.bound_ms:.0f} ms")
     for name, camera in summary.cameras.items():
         late = camera.latency_ms
         values = (late.p50, late.p95, late.p99) if late is not None else (None, None, None)

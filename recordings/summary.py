@@ -8,7 +8,7 @@ from typing import Protocol
 
 from recordings import summary_cameras, summary_counts, summary_latency, summary_loops, summary_modes
 from recordings.drive import RowSource, collect
-from recordings.summary_latency import Camera, Percentiles, WheelToCan
+from recordings.summary_latency import Camera, Motion, Percentiles, WheelToCan
 from recordings.summary_loops import Load, Loop
 from recordings.summary_modes import Takeover
 from wire.messages.base import Message, Seconds
@@ -31,6 +31,7 @@ class Summary(Message):
     goal_reached: bool | None  # by the referee
     gate_interventions: dict[str, int] | None  # episodes per rule
     loop_age_ms: Percentiles | None
+    motion_to_motion_ms: Motion | None = None  # told since the car measures its actuators
     cameras: dict[str, Camera]
     command_rate_hz: float | None
     wheel_to_can_ms: WheelToCan | None
@@ -67,6 +68,7 @@ def summarize(recording: Summarizable) -> Summary:
         goal_reached=any(truth.goal_reached for truth in drive.referee) if drive.referee else None,
         gate_interventions=summary_counts.gate_interventions(drive.cycles),
         loop_age_ms=summary_latency.loop_age(drive.cycles),
+        motion_to_motion_ms=summary_latency.motion_to_motion(drive.motions, drive.statuses),
         cameras=summary_latency.cameras(drive.shown, drive.offsets, summary_cameras.giving(drive.cameras)),
         command_rate_hz=summary_latency.command_rate_hz(drive.commands),
         wheel_to_can_ms=summary_latency.wheel_to_can(drive.cycles, drive.commands, drive.offsets),

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from recordings.drive import CommandRow, CycleRow, OffsetRow, ShownRow
+from recordings.drive import CommandRow, CycleRow, MotionRow, OffsetRow, ShownRow, StatusRow
 from recordings.summary_cameras import Giving
 from wire.messages.base import Message
 from wire.messages.vehicle import Mode
@@ -39,6 +39,19 @@ class WheelToCan(Message):
     clock_bound_ms: float  # the largest bound of the offsets used: every value is within +- this
 
 
+class Motion(Message):
+    """Motion to motion, and what of it the car itself took at the end of the drive."""
+
+    p50: float
+    p95: float
+    p99: float
+    bound_ms: float  # the largest that was told: every value is within +- this
+    steering_ms: float
+    steering_measured: bool  # false: the configured default
+    acceleration_ms: float
+    acceleration_measured: bool
+
+
 def loop_age(cycles: Sequence[CycleRow]) -> Percentiles | None:
     """The perceive-act loop on the vehicle clock alone: from the picture's capture to the cycle that used the command.
 
@@ -47,6 +60,30 @@ def loop_age(cycles: Sequence[CycleRow]) -> Percentiles | None:
     return _percentiles(
         [cycle.loop_age_ms for cycle in cycles if cycle.new_command and cycle.mode in _OPERATOR_DRIVES and cycle.loop_age_ms > 0]
     )
+
+
+def motion_to_motion(motions: Sequence[MotionRow], statuses: Sequence[StatusRow]) -> Motion | None:
+    """While the operator drove, as the car told it with its state."""
+    driven = [row.said for row in motions if _mode_at(statuses, row.log_ns) in _OPERATOR_DRIVES]
+    spread = _percentiles([said.total_ms for said in driven])
+    if spread is None:
+        return None
+    last = driven[-1]
+    return Motion(
+        p50=spread.p50,
+        p95=spread.p95,
+        p99=spread.p99,
+        bound_ms=max(said.bound_ms for said in driven),
+        steering_ms=last.steering_ms,
+        steering_measured=last.steering_measured,
+        acceleration_ms=last.acceleration_ms,
+        acceleration_measured=last.acceleration_measured,
+    )
+
+
+def _mode_at(statuses: Sequence[StatusRow], log_ns: int) -> Mode | None:
+    at = bisect_right(statuses, log_ns, key=lambda row: row.log_ns)
+    return statuses[at - 1].status.mode if at else None
 
 
 def cameras(shown: Sequence[ShownRow], offsets: Sequence[OffsetRow], given: Mapping[str, Giving]) -> dict[str, Camera]:

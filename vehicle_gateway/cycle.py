@@ -6,6 +6,7 @@ recorded with every cycle.
 
 from msgspec.structs import replace
 
+from vehicle_gateway.actuation import ActuationDelay, watch_actuation
 from vehicle_gateway.answers import answer_hand_overs, answer_leases
 from vehicle_gateway.authority import IN_ORDER, Event, Source, brakes_held, driving_source, next_authority
 from vehicle_gateway.events import happened
@@ -61,7 +62,14 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
         limits.gate,
         (*guarded.bounds, *zoned.bounds),
     )
-    after = replace(decided, now_ns=now_ns, applied=result.actuation, guard=guarded.eye, on_no_stop=zoned.on_no_stop)
+    after = replace(
+        decided,
+        now_ns=now_ns,
+        applied=result.actuation,
+        guard=guarded.eye,
+        on_no_stop=zoned.on_no_stop,
+        actuation=actuation_of(state, now_ns, limits),
+    )
     return after, Outputs(
         send=after.feedback is not None,
         mode=after.authority.mode,
@@ -105,6 +113,12 @@ def blind_stop_speed_m_s(state: State, limits: GatewayLimits) -> float:
     stop, lost_s = limits.safe_stop, limits.failsafe.command_lost_ms / 1e3
     fast = speed_for_distance_m_s(state.way.free_m, lost_s, stop.braking_max_m_s2, stop.jerk_m_s3)
     return max(fast, stop.blind_speed_m_s)
+
+
+def actuation_of(state: State, now_ns: int, limits: GatewayLimits) -> ActuationDelay:
+    """`state`: before the cycle, what was sent and heard until now. A safe stop teaches nothing: the ECU may be braking itself."""
+    driven = driving_source(state.authority) in (Source.OPERATOR, Source.AUTONOMY)
+    return watch_actuation(state.actuation, state.applied, state.feedback, driven, now_ns, limits.actuation)
 
 
 def in_transition(state: State, now_ns: int, limits: GatewayLimits) -> bool:

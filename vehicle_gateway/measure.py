@@ -22,6 +22,7 @@ from vehicle_gateway.free_way import (
 )
 from vehicle_gateway.guard import GuardLimits, Things, things_of
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
+from vehicle_gateway.loop_age import loop_age_ms
 from vehicle_gateway.place import Fix, fix_of
 from vehicle_gateway.rolling import Rolling, watch_rolling
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
@@ -169,13 +170,6 @@ def cap_of_operator(
     speed = abs(state.feedback.speed_m_s) if state.feedback else 0.0
     slow = p95_ms > limits.cap.loop_age_free_ms
     return SpeedCap(cap_m_s=max(speed, target_m_s(p95_ms, most, 0.0, limits.cap)), bad_ns=now_ns if slow else state.cap.bad_ns)
-
-
-def loop_age_ms(state: State, vehicle: VehicleDescription) -> float:
-    """From the capture of what the operator saw, worst required camera, to the arrival of his command. 0 with no picture."""
-    required = [camera.name for camera in vehicle.cameras if camera.required]
-    seen = [state.pictures[name].capture_ns for name in required if name in state.pictures]
-    return max(state.command_ns - min(seen), 0) / 1e6 if seen else 0.0
 
 
 def picture_ms(state: State, vehicle: VehicleDescription) -> float:

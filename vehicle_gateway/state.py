@@ -8,6 +8,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from vehicle_gateway.actuation import ActuationDelay, ActuationLimits
 from vehicle_gateway.authority import Authority
 from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.corridor import Corridor, Odometry
@@ -62,6 +63,7 @@ class GatewayLimits(Message):
     guard: GuardLimits = GuardLimits()
     place: PlaceLimits = PlaceLimits()
     zones: ZoneLimits = ZoneLimits()
+    actuation: ActuationLimits = ActuationLimits()
     map: RoadMap | None = None  # the gateway's own; put here from the file that [vehicle_gateway] map names
 
 
@@ -114,6 +116,7 @@ class State(Message):
     pictures: dict[Name, Picture] = {}
     loop_ages: LoopAges = LoopAges()
     loop_age_ms: Annotated[float, Meta(ge=0)] = 0.0
+    actuation: ActuationDelay = ActuationDelay()  # how late the car does what is applied
     slow_since_ns: TimeNs = 0  # since when the p95 has been above its limit; 0: it is not
     cap: SpeedCap = SpeedCap(cap_m_s=0.0, bad_ns=0)
     odometry: Odometry = Odometry()

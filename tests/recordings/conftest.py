@@ -14,7 +14,7 @@ from wire.messages.base import Gear, Indicators, Message, encode
 from wire.messages.health import LoopHealth
 from wire.messages.operating import DriveCommand, OperatorStatus, ShownFrame, WindowStatus
 from wire.messages.sensing import Imu, Referee
-from wire.messages.vehicle import Actuation, GatewayCycle, GatewayStatus, HandOver, Mode, VehicleState
+from wire.messages.vehicle import Actuation, GatewayCycle, GatewayStatus, HandOver, Mode, MotionToMotion, VehicleState
 
 Row = tuple[str, Message | bytes, int]  # topic, message, received_ns
 
@@ -152,7 +152,7 @@ class Build:
             shown=tuple(ShownFrame(camera=name, capture_ns=capture, decoded_ns=at, shown_ns=at) for name, capture, at in shown),
         )
 
-    def state(self, stamp_ns: int, speed_m_s: float) -> VehicleState:
+    def state(self, stamp_ns: int, speed_m_s: float, motion: MotionToMotion | None = None) -> VehicleState:
         still = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
         return VehicleState(
             stamp_ns=stamp_ns,
@@ -169,6 +169,7 @@ class Build:
             speed_cap_m_s=8.3,
             loop_age_ms=0.0,
             command_age_ms=0.0,
+            motion_to_motion=motion,
         )
 
     def referee(self, stamp_ns: int, collisions: int = 0, goal_reached: bool = False) -> Referee:

@@ -29,6 +29,7 @@ def test_info_as_json_is_the_summary_with_its_promised_keys(recorded: Callable[.
         "goal_reached",
         "gate_interventions",
         "loop_age_ms",
+        "motion_to_motion_ms",
         "cameras",
         "command_rate_hz",
         "wheel_to_can_ms",

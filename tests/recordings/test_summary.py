@@ -8,7 +8,7 @@ import pytest
 
 from recordings.read import open_recording
 from recordings.summary import Summary, summarize
-from wire.messages.vehicle import Mode
+from wire.messages.vehicle import Mode, MotionToMotion
 
 MS = 1_000_000
 HOUR = 3_600_000  # ms that the tower's clock is ahead
@@ -17,6 +17,20 @@ HOUR = 3_600_000  # ms that the tower's clock is ahead
 def summary_of(path: Path) -> Summary:
     with open_recording(path) as recording:
         return summarize(recording)
+
+
+def moved(total_ms: float, bound_ms: float = 50.0, steering_measured: bool = False) -> MotionToMotion:
+    return MotionToMotion(
+        total_ms=total_ms,
+        bound_ms=bound_ms,
+        picture_ms=60.0,
+        camera_ms=0.0,
+        scan_out_ms=0.0,
+        steering_ms=70.0,
+        acceleration_ms=100.0,
+        steering_measured=steering_measured,
+        acceleration_measured=False,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +86,14 @@ def drive(build: Any, tmp_path_factory: pytest.TempPathFactory) -> Summary:
             )
         )
     rows += [
-        ("vehicle_state", build.state(at * MS, speed), at * MS)
-        for at, speed in ((2000, 0.0), (2500, 4.0), (3000, 4.0), (6000, 2.0), (7000, -2.0))
+        ("vehicle_state", build.state(at * MS, speed, motion), at * MS)
+        for at, speed, motion in (
+            (2000, 0.0, None),
+            (2500, 4.0, moved(900.0)),  # the automation drives
+            (3000, 4.0, None),
+            (6000, 2.0, moved(200.0, bound_ms=80.0)),
+            (7000, -2.0, moved(300.0, steering_measured=True)),
+        )
     ]
     rows += [("referee", build.referee(2000 * MS, 0, False), 2000 * MS), ("referee", build.referee(9900 * MS, 1, True), 9900 * MS)]
     rows += [
@@ -125,6 +145,14 @@ def test_the_loop_age_is_that_of_new_commands_while_the_operator_drives(drive: S
     assert drive.loop_age_ms.p99 == pytest.approx(140 + 160 * 0.97)
 
 
+def test_motion_to_motion_is_told_while_the_operator_drives_and_only_then(drive: Summary) -> None:
+    found = drive.motion_to_motion_ms
+    assert found is not None  # of 200 and 300
+    assert (found.p50, found.p95, found.p99) == pytest.approx((250.0, 295.0, 299.0))
+    assert (found.bound_ms, found.steering_ms, found.acceleration_ms) == (80.0, 70.0, 100.0)
+    assert (found.steering_measured, found.acceleration_measured) == (True, False)
+
+
 def test_pictures_are_timed_across_the_two_clocks(drive: Summary) -> None:
     camera = drive.cameras["front"]
     assert camera.fps == pytest.approx(20.0)  # 50 ms apart
@@ -165,10 +193,11 @@ def test_what_cannot_be_had_is_null(recorded: Callable[..., Path], build: Any) -
         found.goal_reached,
         found.gate_interventions,
         found.loop_age_ms,
+        found.motion_to_motion_ms,
         found.command_rate_hz,
         found.wheel_to_can_ms,
         found.distance_m,
-    ) == (None,) * 9
+    ) == (None,) * 10
     assert (found.cameras, found.loops, found.messages_dropped) == ({}, {}, {})
     assert summary_of(recorded([])).drive_s is None
 

@@ -451,6 +451,8 @@ class Drive:
             frozen=False,
             shown=(),
             frames_dropped=0,
+            scan_out_delay_ms=22.0,
+            scan_out_bound_ms=4.0,
         )
 
     def _measure(self) -> None:
@@ -532,6 +534,7 @@ def test_commands_flow_from_the_lease_on_at_least_every_16_ms_with_rising_sequen
     assert max(gaps) <= 2 * LINK_NS + 2 * TICK_NS  # at a change of epoch the car drops what was sent before its answer arrived
     assert sorted(gaps)[int(0.99 * len(gaps))] <= 2 * TICK_NS  # the tick of this simulation is 8 ms
     last = commands[-1]
+    assert (last.scan_out_delay_ms, last.scan_out_bound_ms) == (22.0, 4.0)  # as the window says
     assert 0 < drive.now_ns - last.displayed_capture_ns["front"] < 200_000_000
     assert 0 < drive.now_ns - last.echoed_vehicle_ns < 100_000_000 and last.echoed_boot_id == "b"
 

@@ -98,6 +98,15 @@ def test_a_figure_that_could_not_be_measured_is_a_dash():
     assert rows["take-over"] == "asked at 3.0 s, nobody took over"
 
 
+def test_motion_to_motion_says_what_was_measured_and_what_was_assumed():
+    assert dict(rows_of(NOTHING))["motion to motion"] == "-"  # a recording of before
+    motion = {"p50": 170.0, "p95": 190.0, "p99": 200.0, "bound_ms": 55.0, "steering_ms": 62.0, "steering_measured": True}
+    motion |= {"acceleration_ms": 300.0, "acceleration_measured": False}
+    assert dict(rows_of({**NOTHING, "motion_to_motion_ms": motion}))["motion to motion"] == (
+        "p50 170.0 / p95 190.0 / p99 200.0 ms, +-55; steering 62 ms measured, acceleration 300 ms assumed"
+    )
+
+
 def test_a_camera_that_had_to_give_way_says_for_how_long_and_how_far_down():
     left = {"fps": 11.2, "latency_ms": None, "skipped": 3, "reduced_s": 12.4, "lowest_hz": 4.5}
     rows = dict(rows_of({**NOTHING, "cameras": {"left": left, "right": {**left, "reduced_s": 0.0}}}))

@@ -8,11 +8,12 @@ from hypothesis import strategies as st
 
 from tower.window.briefing_view import briefing_height, draw_briefing
 from tower.window.fonts import Type
-from tower.window.forecast import Forecast, Minute, add, forecast
+from tower.window.forecast import Forecast, Minute, add, forecast, loop_to_expect_ms
 from tower.window.ink import Ink
 from tower.window.replay_ring import HIGH_PX, WIDE_PX, ReplayFrame, ReplayRing
 from tower.window.views import BriefingView, Figure, Tone
 from vehicle_gateway.link_quality import CapLimits, target_m_s
+from wire.messages.vehicle import CameraCalibration
 
 S = 1_000_000_000
 MS = 1_000_000
@@ -44,6 +45,26 @@ def test_the_forecast_rests_on_the_worst_of_each_second_of_the_last_minute() -> 
     assert (said.worst_ms, said.cap_m_s) == (300, pytest.approx(8.33 * 2 / 3))
     forgotten = forecast(after(bad * 60 + calm * 60), 8.33)
     assert forgotten is not None and forgotten.worst_ms == 100
+
+
+def test_the_loop_to_expect_counts_camera_and_screen_as_the_car_will() -> None:
+    front = CameraCalibration(
+        name="front",
+        required=True,
+        width_px=1280,
+        height_px=720,
+        frame_rate_hz=30.0,
+        focal_length_px=900.0,
+        x_m=1.7,
+        y_m=0.0,
+        z_m=1.3,
+        yaw_rad=0.0,
+        pitch_rad=0.0,
+        exposure_delay_ms=30.0,
+        exposure_bound_ms=10.0,
+    )
+    assert loop_to_expect_ms(80_000_000, 40.0, None, (0.0, 0.0)) == pytest.approx(80 + 20)
+    assert loop_to_expect_ms(80_000_000, 40.0, front, (33.0, 25.0)) == pytest.approx(80 + 20 + 30 + 10 + 33 + 25)
 
 
 def test_a_link_that_was_not_known_promises_nothing() -> None:

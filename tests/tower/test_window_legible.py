@@ -9,6 +9,7 @@ import numpy as np
 import pygame
 import pytest
 
+from tower.window.age_history import Sample
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import CAP_SHARE, LEAST_SIZE, MEDIUM, REGULAR, Type
 from tower.window.hud import Hud
@@ -22,7 +23,7 @@ from wire.latest import Received
 from wire.messages.automation import Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import OperatorStatus
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, MotionToMotion, VehicleDescription, VehicleState
 
 NOW = 50_000_000_000_000
 MS = 1_000_000
@@ -38,6 +39,19 @@ REQUEST = TakeoverRequest(
     budget_s=15.0,
     place=(130.0, 40.0),
     reasons=tuple(Reason(channel=f"channel {i}", text="a long reason that takes more than one line " * 2) for i in range(4)),
+)
+
+
+MOTION = MotionToMotion(
+    total_ms=1240.0,
+    bound_ms=310.0,
+    picture_ms=100.0,
+    camera_ms=0.0,
+    scan_out_ms=0.0,
+    steering_ms=1140.0,
+    acceleration_ms=300.0,
+    steering_measured=True,
+    acceleration_measured=False,
 )
 
 
@@ -100,6 +114,7 @@ def sights(mode: Mode, **changes: Any) -> Sights:
         rules=("speed cap",),
         speed_cap_m_s=8.0,
         loop_age_ms=100.0,
+        motion_to_motion=MOTION,
         command_age_ms=3.0,
     )
     operator = OperatorStatus(
@@ -152,6 +167,7 @@ def sights(mode: Mode, **changes: Any) -> Sights:
         "description": CAR,
         "pictures": {"front": PictureSeen(NOW - 80 * MS, NOW - 20 * MS)},
         "log": DriveLog(),
+        "history": (Sample(NOW - 200 * MS, 90, 100), Sample(NOW, 90, 100)),
     }
     return Sights(**(known | changes))
 

@@ -106,7 +106,9 @@ class HandMoved:
 class Stage:
     """A window with everything around it in memory, and a time that moves by hand."""
 
-    def __init__(self, snapshot: Path | None = None, checklist: bool = False) -> None:
+    def __init__(
+        self, snapshot: Path | None = None, checklist: bool = False, scan_out_ms: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
         self.link, self.video, self.screen = LinkInMemory(), VideoInMemory(), ScreenInMemory()
         self.writer = SnapshotWriter(snapshot)
         self.now_ns = BEGIN_NS
@@ -120,6 +122,7 @@ class Stage:
             player=Player(False, 0.0),
             clock=HandMoved(self),
             checklist=checklist,
+            scan_out_ms=scan_out_ms,
         )
 
     def say(self, mode: Mode) -> None:
@@ -180,6 +183,12 @@ def test_sixty_pictures_are_shown_and_reported_each_once_with_its_stamps() -> No
         assert decoder(WindowStatus).decode(encode(status)) == status
         assert status.displayed_capture_ns == {"front": status.shown[0].capture_ns}
         assert not status.frozen
+
+
+def test_the_window_tells_the_delay_of_its_screen_with_what_it_shows() -> None:
+    stage = Stage(scan_out_ms=(33.0, 25.0))
+    stage.run(320)
+    assert {(status.scan_out_delay_ms, status.scan_out_bound_ms) for status in stage.statuses} == {(33.0, 25.0)}
 
 
 def operator(**changes: Any) -> OperatorStatus:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tower.window.age_history import Sample
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import clean, fit, width, wrap
 from tower.window.forecast import Forecast
@@ -25,7 +26,7 @@ from wire.latest import Received
 from wire.messages.automation import AutonomyStatus, Doubt, Reason, RoadMap, Scene, TakeoverRequest
 from wire.messages.base import Gear, Lights, Wipers
 from wire.messages.operating import OperatorStatus
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, MotionToMotion, VehicleDescription, VehicleState
 
 NOW = 50_000_000_000_000
 MS = 1_000_000
@@ -72,6 +73,19 @@ def status(mode: Mode, **changes: Any) -> GatewayStatus:
         dropped={},
     )
     return msgspec.structs.replace(plain, **changes)
+
+
+MOTION = MotionToMotion(
+    total_ms=250.0,
+    bound_ms=92.0,
+    picture_ms=120.0,
+    camera_ms=0.0,
+    scan_out_ms=0.0,
+    steering_ms=130.0,
+    acceleration_ms=110.0,
+    steering_measured=True,
+    acceleration_measured=True,
+)
 
 
 def state(**changes: Any) -> VehicleState:
@@ -517,3 +531,22 @@ def test_changed_panels_are_drawn_again_in_turn_one_per_picture() -> None:
         drawn_again.append(turn)
     assert drawn_again == ["a", "c"] * 3
     assert next_turn("b", names, []) == "b"
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        (None, "–"),  # a gateway of before
+        (MOTION, "260 ±90 ms"),  # the loop of 130 that stands beside it, and what the car adds to its own 120
+    ],
+)
+def test_motion_to_motion_stands_beside_the_loop_age(told: MotionToMotion | None, words: str) -> None:
+    history = (Sample(NOW - 200 * MS, 90, 130), Sample(NOW, 90, 150))
+    assert view_model(sights(status(Mode.REMOTE), state=heard(state(motion_to_motion=told)), history=history)).link.motion == words
+
+
+def test_while_the_operator_does_not_drive_no_motion_is_told() -> None:
+    history = (Sample(NOW - 200 * MS, 90, None), Sample(NOW, 90, None))
+    assert (
+        view_model(sights(status(Mode.AUTONOMOUS), state=heard(state(motion_to_motion=MOTION)), history=history)).link.motion == "–"
+    )

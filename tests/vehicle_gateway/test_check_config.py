@@ -117,6 +117,7 @@ WRONG = [
     ("camera front: source", "gateway.video.sources", {}, Verdict.ERROR),
     ("camera front: source", "gateway.video.sources", {"front": "file:clip.mp4"}, Verdict.ERROR),
     ("camera left: source", "gateway.video.sources", {"front": "v4l2:/dev/video0"}, Verdict.WARNING),
+    ("camera front: delay before the stamp", "vehicle.cameras.0.exposure_delay_ms", 0.0, Verdict.WARNING),
     ("CAN interface", "gateway.can.channel", "can1", Verdict.WARNING),
     ("CAN of a real car", "gateway.can.interface", "virtual", Verdict.ERROR),
     ("CAN: acceleration that can be sent", "vehicle.acceleration_max_m_s2", 5.1, Verdict.ERROR),
@@ -324,7 +325,7 @@ def test_a_dbc_that_is_not_there_is_told(tmp_path):
 @pytest.mark.parametrize(
     ("section", "line", "said"),
     [
-        ("[tower.window]", "brightness = 1", "brightness"),
+        ("[tower.window.colours]", "brightness = 1", "colours"),
         ("[haptics.torque]", "strong = true", "strong"),
         ("[recordings]", "flush_period_ms = 5000", "recordings.flush_period_ms"),
         ("[autonomy.ages]", "imu_ms = 'long'", "autonomy.ages.imu_ms"),

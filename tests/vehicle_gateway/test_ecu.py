@@ -161,7 +161,8 @@ def test_a_demand_of_zero_never_creeps_and_a_rolling_car_keeps_its_speed():
 class Loop:
     """Gateway's codec, ECU and plant joined by frames alone, 1 ms at a time."""
 
-    def __init__(self, speed=0.0):
+    def __init__(self, speed=0.0, parameters=PARAMETERS):
+        self.parameters = parameters
         self.car = Car(body=CarBody(vx_m_s=speed))
         self.ms = 0
         self.feedback, self.commands, self.plant, self.demands = FeedbackState(), CommandState(), PlantState(), DemandState()
@@ -178,7 +179,7 @@ class Loop:
                     self._gateway_speaks(actuation, mode, hold)
                 if demands:
                     self._ecu_speaks()
-            self.car = step(self.car, self.demands.demand, 0.001, PARAMETERS)
+            self.car = step(self.car, self.demands.demand, 0.001, self.parameters)
         return self
 
     def _take(self, decoded):

@@ -296,6 +296,8 @@ class Cockpit:
             echoed_vehicle_ns=state.stamp_ns if state is not None else 0,
             echoed_boot_id=state.boot_id if state is not None else "",
             displayed_capture_ns=window.displayed_capture_ns if window is not None else {},
+            scan_out_delay_ms=window.scan_out_delay_ms if window is not None else 0.0,
+            scan_out_bound_ms=window.scan_out_bound_ms if window is not None else 0.0,
         )
 
     def _publish(self, want: Wanted, error_rad: float, now_ns: int) -> None:

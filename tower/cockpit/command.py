@@ -42,6 +42,8 @@ class Stamps:
     echoed_vehicle_ns: int
     echoed_boot_id: str
     displayed_capture_ns: dict[str, int]
+    scan_out_delay_ms: float = 0.0
+    scan_out_bound_ms: float = 0.0
 
 
 def trusted(controls: Controls, previous: Controls, now_ns: int) -> Controls:
@@ -101,6 +103,8 @@ def built(want: Wanted, lease_epoch: int, sequence: int, stamps: Stamps) -> Driv
         echoed_vehicle_ns=stamps.echoed_vehicle_ns,
         echoed_boot_id=stamps.echoed_boot_id,
         displayed_capture_ns=stamps.displayed_capture_ns,
+        scan_out_delay_ms=stamps.scan_out_delay_ms,
+        scan_out_bound_ms=stamps.scan_out_bound_ms,
         road_wheel_angle_rad=want.road_wheel_angle_rad,
         acceleration_m_s2=want.acceleration_m_s2,
         gear=want.gear,

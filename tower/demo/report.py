@@ -30,6 +30,7 @@ def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"camera {name}", _camera(camera)) for name, camera in summary["cameras"].items()]
     rows += [
         ("picture to command", f"{_spread(summary['loop_age_ms'])} ms, on the car's own clock"),
+        ("motion to motion", _motion(summary.get("motion_to_motion_ms"))),
         ("wheel to CAN", f"{_spread(summary['wheel_to_can_ms'])} ms"),
         ("commands", f"{_figure(summary['command_rate_hz'], '.0f')} Hz"),
         ("gate stepped in", _counts(summary["gate_interventions"])),
@@ -46,6 +47,17 @@ def _camera(camera: Mapping[str, Any]) -> str:
         return shown
     lowest = _figure(camera.get("lowest_hz"), ".0f")
     return f"{shown}; gave up frame rate for {camera['reduced_s']:.0f} s, down to {lowest} a second: the machine could not keep up"
+
+
+def _motion(motion: Mapping[str, Any] | None) -> str:
+    if motion is None:
+        return "-"
+    parts = ", ".join(
+        f"{name} {motion[f'{name}_ms']:.0f} ms {'measured' if motion[f'{name}_measured'] else 'assumed'}"
+        for name in ("steering", "acceleration")
+    )
+    spread = {name: motion[name] for name in ("p50", "p95", "p99")}
+    return f"{_spread(spread)} ms, +-{motion['bound_ms']:.0f}; {parts}"
 
 
 def _takeover(takeover: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -10,7 +10,7 @@ from tower.window.camera_views import cameras_of
 from tower.window.checks import Check, Checks, Measured, checked, items, told
 from tower.window.course import Motion, remember
 from tower.window.drive_log import DriveLog
-from tower.window.forecast import Minute, forecast
+from tower.window.forecast import Minute, forecast, loop_to_expect_ms
 from tower.window.forecast import add as add_second
 from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, followed, next_input, next_window_keys, released
@@ -94,10 +94,13 @@ class DisplayLoop:
         vehicle_id: str = "",
         replay: str = "",
         checklist: bool = False,
+        scan_out_ms: tuple[float, float] = (0.0, 0.0),
     ) -> None:
+        """scan_out_ms: of this screen, delay and its bound"""
         self._recording, self._vehicle_id = recording, vehicle_id
         self._link, self._video, self._screen = link, video, screen
         self._writer, self._player, self._clock = writer, player, clock
+        self._scan_out_ms = scan_out_ms
         self._replay = ReplayMark(replay) if replay else None
         self._levels = {name: link.level(name) for name in _LEVELS}
         self._hud, self._side_monitor, self._log, self._choice = Hud(), SideMonitor(), DriveLog(), Choice()
@@ -225,12 +228,17 @@ class DisplayLoop:
         self._check_items = items(self._checks, measured)
 
     def _loop_to_expect_ms(self, age: int | None, now_ns: int) -> float | None:
-        """Of a command given now: the picture's age on the car's clock, and half a round trip."""
+        """Of a command given now; None: the picture or the offset of the clocks is not known."""
         operator = self._levels["operator_status"].get()
         if age is None or operator is None or now_ns - operator.received_ns > OPERATOR_STALE_NS:
             return None
         said = operator.message
-        return age / 1e6 + said.round_trip_ms / 2 if said.clock_bound_ns > 0 else None
+        if said.clock_bound_ns == 0:
+            return None
+        description = self._levels["vehicle_description"].get()
+        cameras = description.message.cameras if description is not None else ()
+        front = next((camera for camera in cameras if camera.name == FRONT), None)
+        return loop_to_expect_ms(age, said.round_trip_ms, front, self._scan_out_ms)
 
     def _offset_ns(self) -> int | None:
         operator = self._levels["operator_status"].get()
@@ -295,6 +303,8 @@ class DisplayLoop:
                 displayed_capture_ns=dict(self._shown_capture_ns),
                 checks=told(self._check_items),
                 frames_dropped=sum(self._video.replaced.values()),
+                scan_out_delay_ms=self._scan_out_ms[0],
+                scan_out_bound_ms=self._scan_out_ms[1],
             ),
         )
 

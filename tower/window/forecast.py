@@ -6,6 +6,8 @@ of a drive. The forecast limits nothing; the car measures for itself once the op
 
 from dataclasses import dataclass
 
+from wire.messages.vehicle import CameraCalibration
+
 SPAN_S = 60
 LOOP_AGE_FREE_MS = 200.0  # StVFernLV, glass to glass and control in sum; above it the cap falls
 LOOP_AGE_STOP_MS = 500.0  # the car stops by itself above it
@@ -27,6 +29,17 @@ class Forecast:
     seconds: int  # how many seconds it rests on
     first_m_s: float  # cap in the first 10 s
     cap_m_s: float  # after them
+
+
+def loop_to_expect_ms(
+    picture_age_ns: int, round_trip_ms: float, camera: CameraCalibration | None, scan_out_ms: tuple[float, float]
+) -> float:
+    """Of a command given now, as the car will count it: the picture's age on its clock, camera and screen at most, half a trip.
+
+    scan_out_ms  of this screen, delay and its bound
+    """
+    lens_ms = camera.exposure_delay_ms + camera.exposure_bound_ms if camera is not None else 0.0
+    return picture_age_ns / 1e6 + lens_ms + sum(scan_out_ms) + round_trip_ms / 2
 
 
 def add(minute: Minute, loop_ms: float | None, now_ns: int) -> Minute:

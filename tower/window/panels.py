@@ -15,6 +15,7 @@ _HIGH_MS = 300.0  # of the graph, until something is higher
 _HIGHEST_MS = 1200.0
 _QUALITY_FOOT, _QUALITY_HIGH = 168.0, 16.0
 _QUALITY: tuple[Rgba, ...] = (TRACK, TONES[Tone.BAD], TONES[Tone.WARN], DIM, (*TONES[Tone.GOOD][:3], 130))  # by number of bars
+_MOTION_Y = 192.0
 _NOTE_SIZE, _NOTE_LINE = 18.0, 22.0
 
 
@@ -61,6 +62,8 @@ def draw_link(ink: Ink, view: LinkView) -> None:
             ink.box(x + label + 6, 77, 14, _LINES[i][1], _LINES[i][0], 1)
     _draw_graph(ink, view)
     _draw_quality(ink, view)
+    ink.text("to motion", 18, _MOTION_Y, 18, DIM)
+    ink.text(view.motion, 262, _MOTION_Y, 18, TEXT, anchor="right", room=150)
 
 
 def _draw_graph(ink: Ink, view: LinkView) -> None:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from wire.messages.base import Message, Name, Ratio, Text
+from wire.messages.base import DeviceDelay, Message, Name, Ratio, Text
 
 
 class WindowSettings(Message):
@@ -13,6 +13,8 @@ class WindowSettings(Message):
     full_screen: bool = False
     display: Annotated[int, Meta(ge=0, le=15)] = 0  # number of the monitor, as SDL counts them from 0
     span_displays: bool = False  # one window without a border over all monitors side by side: two, or three of one size
+    scan_out_delay_ms: DeviceDelay = 0.0  # from the flip to light: compositor, scan-out, panel; 0 where nobody looks
+    scan_out_bound_ms: DeviceDelay = 0.0  # the delay is within +- this; the car adds both to the loop age
     sound: bool = True
     volume: Ratio = 0.6
     checklist: bool = True  # before the drive; a scripted operator has none

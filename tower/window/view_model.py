@@ -238,7 +238,23 @@ def _link(sights: Sights) -> LinkView:
         Figure(label="trip", text=milliseconds(trip_ms), tone=_tone(trip_ms, _TRIP_WARN_MS, _TRIP_BAD_MS)),
     )
     bars, word = _quality(figures, known_mode(sights.status, sights.now_ns) is not None)
-    return LinkView(bars=bars, word=word, figures=figures, samples=complete, now_ns=newest.at_ns if newest is not None else 0)
+    return LinkView(
+        bars=bars,
+        word=word,
+        figures=figures,
+        samples=complete,
+        now_ns=newest.at_ns if newest is not None else 0,
+        motion=_motion(loop_ms, state) if loop_ms is not None and state is not None else "–",
+    )
+
+
+def _motion(loop_ms: float, state: VehicleState) -> str:
+    """Of the loop age that stands beside it, in steps of ten: no figure that flickers."""
+    said = state.motion_to_motion
+    if said is None:
+        return "–"
+    total_ms = max(loop_ms + said.total_ms - state.loop_age_ms, 0.0)
+    return f"{round(total_ms, -1):.0f} ±{round(said.bound_ms, -1):.0f} ms"
 
 
 def _quality(figures: tuple[Figure, ...], linked: bool) -> tuple[int, str]:

@@ -73,6 +73,7 @@ class LinkView:
     figures: tuple[Figure, ...]
     samples: tuple[Sample, ...]
     now_ns: int  # of the newest sample
+    motion: str  # until the car answers, with its bound; a dash while the operator does not drive
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

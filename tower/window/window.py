@@ -51,6 +51,7 @@ def run(config: Path, stop: threading.Event) -> int:
             vehicle_id=wire.link.vehicle_id,
             full_screen=settings.full_screen,
             replay=settings.replay,
+            scan_out_ms=(settings.scan_out_delay_ms, settings.scan_out_bound_ms),
             checklist=settings.checklist and sections["tower"].cockpit.device != "scripted" and not settings.replay,
             link=link,
             video=video,

@@ -124,6 +124,16 @@ def _source(facts: Facts, camera: CameraCalibration) -> Outcome:
     )
 
 
+def _delay(facts: Facts, camera: CameraCalibration) -> Outcome:
+    real = facts.is_driven_by_its_own_sensors
+    return Outcome(
+        f"{camera.exposure_delay_ms:g} +-{camera.exposure_bound_ms:g} ms from light to the capture stamp",
+        camera.exposure_delay_ms > 0.0 or not (real and camera.required),
+        "no real camera stamps light at once: measure exposure_delay_ms and exposure_bound_ms (config/example_car.toml says how)",
+        Verdict.WARNING,
+    )
+
+
 def _names(facts: Facts) -> Outcome:
     names = [camera.name for camera in facts.vehicle.cameras]
     return Outcome(
@@ -167,4 +177,5 @@ CAMERA_CHECKS = (
     CameraCheck("near road", _ground),
     CameraCheck("far sight", _sight),
     CameraCheck("source", _source),
+    CameraCheck("delay before the stamp", _delay),
 )

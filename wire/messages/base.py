@@ -46,6 +46,7 @@ Position = Annotated[float, Meta(ge=-1e6, le=1e6)]  # m, map frame
 Ratio = Annotated[float, Meta(ge=0.0, le=1.0)]
 SignedRatio = Annotated[float, Meta(ge=-1.0, le=1.0)]
 Milliseconds = Annotated[float, Meta(ge=0.0, le=1e9)]
+DeviceDelay = Annotated[float, Meta(ge=0.0, le=500.0)]  # ms, of a camera or a screen, or its bound; ours: more is none to drive
 Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
 Text = Annotated[str, Meta(max_length=2000)]
 Name = Annotated[str, Meta(max_length=64)]

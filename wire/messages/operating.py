@@ -10,6 +10,7 @@ from wire.messages.base import (
     Angle,
     CommandAcceleration,
     Count,
+    DeviceDelay,
     DurationNs,
     Gear,
     Indicators,
@@ -58,6 +59,8 @@ class DriveCommand(Message):
     wipers: Wipers = Wipers.OFF
     dead_man: bool  # the operator holds the dead-man control, the sample is fresh, the window has focus
     override: bool = False  # pass what the collision guard stops for; counts below walking pace only
+    scan_out_delay_ms: DeviceDelay = 0.0  # from the flip to light, as the window says; the car adds it to the loop age
+    scan_out_bound_ms: DeviceDelay = 0.0  # the delay is within +- this
     hmac: Hmac = ""  # of all fields above under the lease's key: wire.signature
 
 
@@ -151,6 +154,8 @@ class WindowStatus(Message):
     frozen: bool  # FROZEN stands over a picture
     shown: Annotated[tuple[ShownFrame, ...], Meta(max_length=64)]  # brought on screen by this flip, usually none or one
     frames_dropped: Count  # decoded but replaced before they could be shown, since start
+    scan_out_delay_ms: DeviceDelay = 0.0  # of this screen, after the flip: compositor, scan-out, panel; as configured
+    scan_out_bound_ms: DeviceDelay = 0.0
     checks: dict[Name, Name] = {}  # of the pre-drive checklist: pending, passed, failed; empty when there is none
 
 

@@ -12,6 +12,7 @@ from wire.messages.base import (
     Angle,
     CommandAcceleration,
     Count,
+    DeviceDelay,
     Gear,
     Indicators,
     Length,
@@ -55,6 +56,20 @@ class Actuation(Message):
     wipers: Wipers = Wipers.OFF
 
 
+class MotionToMotion(Message):
+    """From what moved before the camera to the car's own answer, as of the newest command; the required camera that is worst."""
+
+    total_ms: Milliseconds  # sum of picture, camera, scan_out and the slower one of steering and acceleration
+    bound_ms: Milliseconds  # the total is within +- this
+    picture_ms: Milliseconds  # from the capture stamp to the arrival of the command, measured on the car's clock
+    camera_ms: Milliseconds  # before the stamp, as configured
+    scan_out_ms: Milliseconds  # after the flip, as the tower says
+    steering_ms: Milliseconds  # from a command sent to CAN to the road wheels' feedback
+    acceleration_ms: Milliseconds
+    steering_measured: bool  # false: the configured default
+    acceleration_measured: bool
+
+
 class VehicleState(Message):
     """50 Hz. Measured by the car's own sensors (CAN feedback), and what the gate made of the last command."""
 
@@ -72,10 +87,13 @@ class VehicleState(Message):
     applied: Actuation
     rules: tuple[Name, ...]  # of the gate, those that changed the request; () when nothing was changed
     speed_cap_m_s: Speed
-    loop_age_ms: Milliseconds  # worst required camera: now minus the capture stamp of the picture the operator acts on
+    # worst required camera: arrival of the command minus the capture stamp of the picture it was given on, and what the picture
+    # took before the stamp and after the flip, at most
+    loop_age_ms: Milliseconds
     command_age_ms: Milliseconds  # since the last valid command was received
     feedback_age_ms: Milliseconds = 0.0  # since the car last told on CAN how it moves; 1e9: never
     guard: Name = ""  # the collision guard: off, blind, clear, holding, braking, overridden; "": no word of it
+    motion_to_motion: MotionToMotion | None = None  # None: no command that names a picture yet
 
 
 class HandOver(Message):
@@ -138,6 +156,8 @@ class CameraCalibration(Message):
     z_m: Annotated[float, Meta(ge=0.0, le=5.0)]
     yaw_rad: Angle  # positive looks left
     pitch_rad: Angle  # positive looks down
+    exposure_delay_ms: DeviceDelay = 0.0  # from light to the capture stamp: exposure, readout, driver; 0 for a simulated one
+    exposure_bound_ms: DeviceDelay = 0.0  # the delay is within +- this
 
 
 class VehicleDescription(Message):
