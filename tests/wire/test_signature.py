@@ -58,6 +58,8 @@ CHANGES = {
     "wipers": Wipers.FAST,
     "dead_man": True,
     "override": True,
+    "scan_out_delay_ms": 5.0,
+    "scan_out_bound_ms": 3.0,
     "hmac": "0" * 32,
 }
 
