@@ -40,6 +40,8 @@ LIMITS = """
 command_gentle_ms = 1000.0
 command_lost_ms = 2000.0
 feedback_lost_ms = 1000.0
+[vehicle_gateway.limits.safe_stop]
+blind_speed_m_s = 8.0
 [vehicle_gateway.limits.hand_over]
 commit_ms = 2000.0
 command_fresh_ms = 500.0
