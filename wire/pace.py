@@ -114,7 +114,7 @@ class Pace:
 def share_interpreter() -> None:
     """For a process whose threads encode, decode and draw beside each other: none keeps Python's lock for long while another waits.
 
-    Python's own 5 ms add up over four cameras: with 0.5 ms the slowest hundredth of the pictures of a demo on two busy cores
-    was on screen after 173 instead of 270 ms (2026-11-28).
+    Python's own 5 ms add up over four cameras. Seen in one demo each on a busy machine, so a hint and no figure: the slowest
+    hundredth of the pictures on screen after 173 instead of 270 ms (2026-11-28).
     """
     sys.setswitchinterval(_SWITCH_S)
