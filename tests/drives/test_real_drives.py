@@ -35,8 +35,8 @@ def steps_of(folder: Path) -> dict[str, Tally]:
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """One undisturbed demo, from its start to its report."""
-    with driving(tmp_path_factory.mktemp("sessions"), lighter=True) as drive:
+    """One undisturbed demo, from its start to its report; `make scenarios` and `make drives` run the longer ones."""
+    with driving(tmp_path_factory.mktemp("sessions"), "--scenario", "short", lighter=True) as drive:
         code = drive.process.wait(DRIVE_S)
         return drive.folder, code, (drive.folder.parent / "demo.log").read_text()
 

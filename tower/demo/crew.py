@@ -112,7 +112,9 @@ class Crew:
         return told
 
     def stop_all(self) -> None:
-        """Ask each in turn to end; what does not is killed."""
+        """Ask each in turn to end; what does not is killed. A stopped process cannot hear that, nor let go of who waits for it."""
+        for process in self._processes.values():
+            process.send_signal(signal.SIGCONT)
         for name in self._members:
             self.stop(name)
 
@@ -120,7 +122,6 @@ class Crew:
         process = self._processes.pop(name, None)
         if process is None:
             return
-        process.send_signal(signal.SIGCONT)  # a stopped process cannot hear anything else
         process.terminate()
         try:
             process.wait(STOP_PATIENCE_S)
