@@ -50,12 +50,14 @@ def test_saves_are_two_seconds_apart_and_each_shows_a_farther_offset(offsets: li
         assert farther > (before if before is not None else -1.0)
 
 
-def test_the_file_is_the_picture_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
+def test_the_file_is_the_picture_that_was_kept_last_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
     surface = pygame.Surface((64, 36))
-    surface.fill((200, 40, 10))
     with SnapshotWriter(tmp_path / "window.png") as writer:
-        assert writer.ready
-        writer.save(surface)
+        writer.keep(surface)
+        surface.fill((200, 40, 10))
+        writer.keep(surface)
+        surface.fill((0, 0, 0))
+        assert not list(tmp_path.iterdir())  # nothing is encoded while somebody drives
     assert [path.name for path in tmp_path.iterdir()] == ["window.png"]
     image = cv2.imread(str(tmp_path / "window.png"))
     assert image is not None
@@ -64,6 +66,11 @@ def test_the_file_is_the_picture_and_nothing_is_left_beside_it(tmp_path: Path) -
 
 def test_a_folder_that_is_not_there_is_counted_not_raised(tmp_path: Path) -> None:
     with SnapshotWriter(tmp_path / "gone" / "window.png") as writer:
-        writer.save(pygame.Surface((8, 8)))
+        writer.keep(pygame.Surface((8, 8)))
     assert writer.failed == 1
-    assert not SnapshotWriter(None).ready
+
+
+def test_where_no_picture_is_wanted_nothing_is_kept() -> None:
+    with SnapshotWriter(None) as writer:
+        writer.keep(pygame.Surface((8, 8)))
+    assert writer.failed == 0

@@ -314,9 +314,11 @@ class DisplayLoop:
         self._player.hear(mode)
         self._over = model.end is not None
         live = model.picture.state is PictureState.LIVE and not model.help_open and not model.toast
-        self._choice, save = choose(self._choice, mode, self._from_lane_m(), live and self._writer.ready, now_ns)
+        self._choice, save = choose(self._choice, mode, self._from_lane_m(), live, now_ns)
         if save:
-            self._writer.save(self._screen.surface)
+            self._writer.keep(self._screen.surface)
+        if mode is not Mode.REMOTE:
+            self._writer.write()
 
     def _from_lane_m(self) -> float | None:
         scene, road_map = self._levels["scene"].get(), self._levels["road_map"].get()

@@ -1,6 +1,6 @@
 """One telling picture of the window for the session's folder: where the operator had to leave the own lane farthest.
 
-The choice is pure. Encoding runs on a thread of its own; the file appears whole or not at all.
+The choice is pure. Encoding runs on a thread of its own, and not while the operator drives; the file appears whole or not at all.
 """
 
 import os
@@ -17,8 +17,8 @@ import pygame
 from wire.messages.vehicle import Mode
 
 _AFTER_NS = 1_000_000_000  # of driving: then there is a picture in any case
-_BETWEEN_NS = 2_000_000_000  # encoding costs about 40 ms of another thread
-_FARTHER_M = 0.05  # a smaller gain is not worth a new picture
+_BETWEEN_NS = 2_000_000_000
+_FARTHER_M = 0.05  # a smaller gain is not worth a new copy
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +47,11 @@ def choose(before: Choice, mode: Mode | None, from_lane_m: float | None, picture
 
 
 class SnapshotWriter:
-    """One picture at a time; one that comes while another is written is refused. Leaving waits for the last."""
+    """Keeps the best picture until the operator no longer drives: to encode it takes as long as several pictures may."""
 
     def __init__(self, path: Path | None) -> None:
         self._path = path
+        self._kept: pygame.Surface | None = None
         self._busy: threading.Thread | None = None
         self.failed = 0
 
@@ -58,27 +59,33 @@ class SnapshotWriter:
         return self
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self._finish()
+        self.write()
+        self._finish()
+
+    def keep(self, surface: pygame.Surface) -> None:
+        """A copy of the surface, in place of the one kept before."""
+        if self._path is not None:
+            self._kept = surface.copy()
+
+    def write(self) -> None:
+        """Begins to write what is kept, unless another is still being written. Nothing kept: nothing happens."""
+        if self._path is None or self._kept is None or (self._busy is not None and self._busy.is_alive()):
+            return
+        kept, self._kept = self._kept, None
+        self._busy = threading.Thread(target=self._encode, args=(kept, self._path), name="snapshot", daemon=True)
+        self._busy.start()
+
+    def _finish(self) -> None:
         if self._busy is not None:
             self._busy.join()
 
-    @property
-    def ready(self) -> bool:
-        return self._path is not None and (self._busy is None or not self._busy.is_alive())
-
-    def save(self, surface: pygame.Surface) -> None:
-        """Copies the surface and returns; `ready` must hold."""
-        image = pixels_of(surface)
-        self._busy = threading.Thread(target=self._write, args=(image,), name="snapshot", daemon=True)
-        self._busy.start()
-
-    def _write(self, image: npt.NDArray[np.uint8]) -> None:
-        if self._path is None:
-            return
-        done, data = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 3])
-        part = self._path.with_suffix(".part")
+    def _encode(self, surface: pygame.Surface, path: Path) -> None:
+        done, data = cv2.imencode(".png", pixels_of(surface), [cv2.IMWRITE_PNG_COMPRESSION, 3])
+        part = path.with_suffix(".part")
         try:
             part.write_bytes(data.tobytes() if done else b"")
-            os.replace(part, self._path)
+            os.replace(part, path)
         except OSError:
             self.failed += 1
 
