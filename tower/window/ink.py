@@ -5,7 +5,7 @@ Edges are smoothed by OpenCV's 8-bit coverage, to a sixteenth of a pixel; colour
 
 from collections.abc import Callable, Hashable, Sequence
 from functools import lru_cache
-from math import ceil, cos, floor, pi, sin
+from math import ceil, floor, pi
 
 import cv2
 import numpy as np
@@ -16,7 +16,8 @@ from tower.window.fonts import REGULAR, Type, clean, fit, tinted, width
 from tower.window.palette import PANEL, PANEL_EDGE, Rgba
 
 XY = tuple[float, float]
-Points = Sequence[XY] | npt.NDArray[np.float64]  # (N, 2), design units
+Rows = npt.NDArray[np.float64]  # (N, 2), design units
+Points = Sequence[XY] | Rows
 Paint = Callable[[np.ndarray, np.ndarray], object]  # (mask to paint into, points as fixed-point rows)
 _WHITE: Rgba = (255, 255, 255, 255)
 _SHIFT = 4  # fractional bits of OpenCV's coordinates
@@ -55,7 +56,7 @@ class Ink:
         if abs(end - begin) < 1e-4:
             return
         outer, inner = radius + thickness / 2, radius - thickness / 2
-        self.polygon([*arc(x, y, outer, begin, end), *reversed(arc(x, y, inner, begin, end))], colour)
+        self.polygon(np.concatenate((arc(x, y, outer, begin, end), arc(x, y, inner, begin, end)[::-1])), colour)
 
     def box(self, x: float, y: float, wide: float, high: float, colour: Rgba, radius: float = 0.0) -> None:
         if wide <= 0 or high <= 0:
@@ -69,6 +70,14 @@ class Ink:
     def layer(self, draw: Callable[..., None], *key: Hashable) -> None:
         """What `draw(ink, *key)` draws, drawn once for this size and these keys: the parts of a panel that seldom change."""
         self.surface.blit(_layer(draw, key, self.surface.get_size(), self.scale, self._type), (0, 0))
+
+    def sign(self, x: float, y: float, reach: float, draw: Callable[..., None], *key: Hashable) -> None:
+        """What `draw(ink, *key)` draws around (0, 0), no farther than `reach` from it, drawn once and laid at the nearest pixel."""
+        half = ceil(reach * self.scale) + 2
+        at = ((place - begin) * self.scale for place, begin in zip((x, y), self._origin, strict=True))
+        left, top = (round(place) - half for place in at)
+        if -2 * half < left < self.surface.get_width() and -2 * half < top < self.surface.get_height():
+            self.surface.blit(_sign(draw, key, half, self.scale, self._type), (left, top))
 
     def trim(self, radius: float = 14.0) -> None:
         """Take away what reaches over the round corners of a panel."""
@@ -104,14 +113,16 @@ class Ink:
     def _stamp(self, points: Points, thickness: float, colour: Rgba, paint: Paint) -> None:
         """Coverage of the shape's own rectangle, laid over what is there in its colour."""
         rows = points if isinstance(points, np.ndarray) else np.array(list(points), np.float64).reshape(-1, 2)
-        at = np.clip((rows - self._origin) * self.scale - 0.5, -_FAR_PX, _FAR_PX)
+        at = np.minimum(np.maximum((rows - self._origin) * self.scale - 0.5, -_FAR_PX), _FAR_PX)
         pad = thickness / 2 + 2
-        left, top = (max(0, floor(v - pad)) for v in at.min(axis=0))
-        right, bottom = (min(limit, ceil(v + pad) + 1) for v, limit in zip(at.max(axis=0), self.surface.get_size(), strict=True))
+        (low_x, low_y), (high_x, high_y) = np.minimum.reduce(at).tolist(), np.maximum.reduce(at).tolist()
+        wide, high = self.surface.get_size()
+        left, top = max(0, floor(low_x - pad)), max(0, floor(low_y - pad))
+        right, bottom = min(wide, ceil(high_x + pad) + 1), min(high, ceil(high_y + pad) + 1)
         if right <= left or bottom <= top:
             return
         mask = np.zeros((bottom - top, right - left), np.uint8)
-        paint(mask, np.round((at - (left, top)) * (1 << _SHIFT)).astype(np.int32))
+        paint(mask, np.rint((at - (left, top)) * (1 << _SHIFT)).astype(np.int32))
         self.surface.blit(tinted(mask, colour), (left, top))
 
 
@@ -137,24 +148,34 @@ def _layer(
     return surface
 
 
-@lru_cache(maxsize=2048)
-def arc(x: float, y: float, radius: float, begin: float, end: float) -> tuple[XY, ...]:
-    """Points on a circle, close enough together to look round at any window size."""
+@lru_cache(maxsize=256)
+def _sign(draw: Callable[..., None], key: tuple[Hashable, ...], half_px: int, scale: float, kind: Type) -> pygame.Surface:
+    """(0, 0) in the middle of its middle pixel."""
+    surface = pygame.Surface((2 * half_px + 1, 2 * half_px + 1), pygame.SRCALPHA)
+    middle = -(half_px + 0.5) / scale
+    draw(Ink(surface, scale, kind, (middle, middle)), *key)
+    return surface
+
+
+@lru_cache(maxsize=256)
+def _unit_arc(begin: float, end: float) -> Rows:
+    """Points on a circle of radius 1, close enough together to look round at any window size."""
     count = max(2, ceil(abs(end - begin) / (2 * pi) * 96))
-    step = (end - begin) / count
-    return tuple((x + radius * cos(begin + step * i), y + radius * sin(begin + step * i)) for i in range(count + 1))
+    angles = np.linspace(begin, end, count + 1)
+    return np.stack((np.cos(angles), np.sin(angles)), axis=1)
+
+
+def arc(x: float, y: float, radius: float, begin: float, end: float) -> Rows:
+    """(N, 2) points on a circle, from angle to angle (radians, clockwise on screen from three o'clock)."""
+    return radius * _unit_arc(begin, end) + (x, y)
+
+
+_ROUND = np.concatenate([_unit_arc(quarter * pi / 2, (quarter + 1) * pi / 2) for quarter in range(4)])
 
 
 @lru_cache(maxsize=1024)
-def rounded(x: float, y: float, wide: float, high: float, radius: float) -> tuple[XY, ...]:
-    """Outline of a box with round corners."""
-    if radius <= 0:
-        return (x, y), (x + wide, y), (x + wide, y + high), (x, y + high)
-    right, bottom = x + wide - radius, y + high - radius
-    left, top = x + radius, y + radius
-    return (
-        *arc(left, top, radius, pi, 1.5 * pi),
-        *arc(right, top, radius, 1.5 * pi, 2 * pi),
-        *arc(right, bottom, radius, 0.0, pi / 2),
-        *arc(left, bottom, radius, pi / 2, pi),
-    )
+def rounded(x: float, y: float, wide: float, high: float, radius: float) -> Rows:
+    """(N, 2) outline of a box with round corners, from the lower right one on."""
+    left, top, right, bottom = x + radius, y + radius, x + wide - radius, y + high - radius
+    corners = np.array(((right, bottom), (left, bottom), (left, top), (right, top)))
+    return corners if radius <= 0 else radius * _ROUND + np.repeat(corners, len(_ROUND) // 4, axis=0)

@@ -1,7 +1,7 @@
 """The route around the car, its heading up: road, site, people, plan, goal. Draws a MapView, knows no truth but the scene."""
 
 from functools import lru_cache
-from math import cos, hypot, sin
+from math import cos, sin
 
 import numpy as np
 import numpy.typing as npt
@@ -120,28 +120,46 @@ def _draw_path(ink: Ink, path: tuple[tuple[float, float], ...], up: _Up, thick: 
 
 def _draw_object(ink: Ink, thing: TrackedObject, up: _Up) -> None:
     x, y = up.point(thing.x_m, thing.y_m)
-    if hypot(x - 124, y - 107) > 400:
-        return
-    radius = min(max(thing.radius_m * _UNITS_PER_M, 2.5), 40.0)
-    if thing.kind == "person":
-        ink.disc(x, y, radius + 1.5, (20, 24, 30, 255))
-        ink.disc(x, y, radius, _PERSON)
-    elif thing.kind == "cone":
-        ink.polygon([(x, y - 4), (x + 3.6, y + 2.6), (x - 3.6, y + 2.6)], _SITE)
-    elif thing.kind == "barrier":
-        ink.box(x - radius, y - 2, 2 * radius, 4, _SITE, 1)
-    elif thing.kind == "vehicle":
-        ink.box(x - radius / 2, y - radius, radius, 2 * radius, _OTHER, 2)
-    else:
-        ink.ring(x, y, radius, 1.6, _OTHER)
+    radius = round(min(max(thing.radius_m * _UNITS_PER_M, 2.5), 40.0), 1)
+    ink.sign(x, y, radius + _RIM, _SIGNS.get(thing.kind, _unknown), radius)
+
+
+_RIM = 3.0  # of the signs, beyond an object's radius
+
+
+def _person(ink: Ink, radius: float) -> None:
+    ink.disc(0, 0, radius + 1.5, (20, 24, 30, 255))
+    ink.disc(0, 0, radius, _PERSON)
+
+
+def _cone(ink: Ink, _: float) -> None:
+    ink.polygon([(0, -4), (3.6, 2.6), (-3.6, 2.6)], _SITE)
+
+
+def _barrier(ink: Ink, radius: float) -> None:
+    ink.box(-radius, -2, 2 * radius, 4, _SITE, 1)
+
+
+def _vehicle(ink: Ink, radius: float) -> None:
+    ink.box(-radius / 2, -radius, radius, 2 * radius, _OTHER, 2)
+
+
+def _unknown(ink: Ink, radius: float) -> None:
+    ink.ring(0, 0, radius, 1.6, _OTHER)
+
+
+_SIGNS = {"person": _person, "cone": _cone, "barrier": _barrier, "vehicle": _vehicle}
+
+
+def _trouble(ink: Ink) -> None:
+    ink.ring(0, 0, 9, 2.4, _TROUBLE)
+    ink.line([(0, -4), (0, 0.5)], 2.2, _TROUBLE)
+    ink.disc(0, 4, 1.4, _TROUBLE)
 
 
 def _draw_trouble(ink: Ink, at: XY) -> None:
     """At the edge of the map when it lies beyond it."""
-    x, y = min(max(at[0], 14), 234), min(max(at[1], 14), 200)
-    ink.ring(x, y, 9, 2.4, _TROUBLE)
-    ink.line([(x, y - 4), (x, y + 0.5)], 2.2, _TROUBLE)
-    ink.disc(x, y + 4, 1.4, _TROUBLE)
+    ink.sign(min(max(at[0], 14), 234), min(max(at[1], 14), 200), 11.0, _trouble)
 
 
 def _draw_car(ink: Ink, view: MapView) -> None:

@@ -1,5 +1,7 @@
 """The two panels in the upper corners: the operator and the lease; the link and its ages over the last 20 s."""
 
+from math import ceil
+
 from tower.window.age_history import PERIOD_NS, SPAN_NS, Sample
 from tower.window.fonts import MEDIUM, REGULAR, wrap
 from tower.window.ink import XY, Ink
@@ -12,6 +14,7 @@ _LIMITS_MS = (200, 500)  # architecture: the speed cap falls above 200 ms, the c
 _LINES = ((DIM, 1.4), (GIVEN, 2.2))  # colour and thickness: picture, loop
 _GRAPH = (18.0, 94.0, 208.0, 52.0)  # left, top, width, height
 _HIGH_MS = 300.0  # of the graph, until something is higher
+_STEP_MS = 50.0  # in which its scale grows
 _HIGHEST_MS = 1200.0
 _QUALITY_FOOT, _QUALITY_HIGH = 168.0, 16.0
 _QUALITY: tuple[Rgba, ...] = (TRACK, TONES[Tone.BAD], TONES[Tone.WARN], DIM, (*TONES[Tone.GOOD][:3], 130))  # by number of bars
@@ -67,18 +70,23 @@ def draw_link(ink: Ink, view: LinkView) -> None:
 
 
 def _draw_graph(ink: Ink, view: LinkView) -> None:
-    left, top, wide, high = _GRAPH
     worst = max((max(s.picture_ms or 0, s.loop_ms or 0) for s in view.samples), default=0)
-    full = min(max(_HIGH_MS, worst * 1.1), _HIGHEST_MS)
+    full = min(max(_HIGH_MS, _STEP_MS * ceil(worst * 1.1 / _STEP_MS)), _HIGHEST_MS)
+    ink.layer(_draw_ground, full)
+    for (colour, thick), is_picture in zip(_LINES, (True, False), strict=True):
+        for piece in _pieces(view.samples, is_picture, view.now_ns, full):
+            ink.line(piece, thick, colour)
+
+
+def _draw_ground(ink: Ink, full: float) -> None:
+    """What the graph's lines stand on."""
+    left, top, wide, high = _GRAPH
     ink.box(left, top, wide, high, TRACK, 5)
     limits = [limit for limit in _LIMITS_MS if limit < full]
     for limit in limits:
         _dashes(ink, left, top + high * (1 - limit / full), wide)
     if limits:  # the highest: two figures would not fit above one another
         ink.text(f"{limits[-1]}", left + wide + 5, top + high * (1 - limits[-1] / full) + 6, 18, DIM)
-    for (colour, thick), is_picture in zip(_LINES, (True, False), strict=True):
-        for piece in _pieces(view.samples, is_picture, view.now_ns, full):
-            ink.line(piece, thick, colour)
 
 
 def _draw_quality(ink: Ink, view: LinkView) -> None:
