@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from haptics.virtual_wheel import VirtualWheel
-from tower.cockpit.command import Stamps, Wanted, built, is_event, trusted, wanted
+from tower.cockpit.command import Stamps, Wanted, built, is_urgent, moved, trusted, wanted
 from tower.cockpit.devices import Controls, Presses, newly_pressed
 from tower.cockpit.pedals import Arming, PedalSettings, acceleration_m_s2, arm, pedals_for
 from wire.messages.base import decoder, encode
@@ -124,9 +124,13 @@ def test_buttons_are_counters_so_a_lost_sample_loses_no_press_and_a_restarted_wi
     assert newly_pressed(Presses(stop=5), Presses()) == frozenset()
 
 
-def test_only_a_change_of_the_controls_is_an_event() -> None:
+def test_a_switch_and_the_beginning_of_a_movement_are_urgent_and_going_on_is_not() -> None:
     sent = Wanted(road_wheel_angle_rad=0.1, dead_man=True)
-    assert is_event(sent, None, 14.0) and not is_event(sent, sent, 14.0)
-    assert is_event(replace(sent, dead_man=False), sent, 14.0)
-    assert is_event(replace(sent, road_wheel_angle_rad=0.1001), sent, 14.0)
-    assert not is_event(replace(sent, road_wheel_angle_rad=0.10001), sent, 14.0)
+    further = replace(sent, road_wheel_angle_rad=0.1001)
+    assert is_urgent(sent, None, False, 14.0) and not is_urgent(sent, sent, False, 14.0)
+    for was_moving in (False, True):
+        assert is_urgent(replace(sent, dead_man=False), sent, was_moving, 14.0)
+        assert is_urgent(further, sent, was_moving, 14.0) is not was_moving
+        assert is_urgent(replace(sent, acceleration_m_s2=-0.1), sent, was_moving, 14.0) is not was_moving
+    assert moved(further, sent, 14.0)
+    assert not moved(replace(sent, road_wheel_angle_rad=0.10001), sent, 14.0)

@@ -17,7 +17,7 @@ from haptics.settings import HapticsSettings
 from haptics.virtual_wheel import VirtualWheel
 from tower.cockpit import clock_sync, hand_over, lease_client, stop_button
 from tower.cockpit.asker import Asker, Asking
-from tower.cockpit.command import Stamps, Wanted, built, is_event, wanted
+from tower.cockpit.command import Stamps, Wanted, built, is_urgent, moved, wanted
 from tower.cockpit.desk import Arrivals, Desk
 from tower.cockpit.devices import Controls, Presses, View, newly_pressed, window_presses
 from tower.cockpit.hand_over import HandOverInputs, HandOverState
@@ -145,6 +145,7 @@ class Cockpit:
         self._pinged_ns = self._told_ns = self._sent_ns = -HEALTH_NS
         self._override_ns = 0  # until when the operator wishes to pass what the collision guard holds the car for
         self._sent: Wanted | None = None
+        self._moving = False  # wheel or pedals, in the command sent last
         self._worth: tuple[object, ...] = ()
 
     def cycle(self, now_ns: int) -> None:
@@ -276,15 +277,17 @@ class Cockpit:
         return replace(want, override=now_ns < self._override_ns)
 
     def _send(self, want: Wanted, view: View, now_ns: int) -> None:
-        """On every change, and at least at 100 Hz; never after STOP, without a lease, or to an unknown car."""
+        """At least at 100 Hz and whenever it is urgent; never after STOP, without a lease, or to an unknown car."""
         if self._stop.stream_ended or not self._lease.held or view.description is None:
             return
+        ratio, sent = view.description.message.steering_ratio, self._sent
         due = now_ns - self._sent_ns > COMMAND_NS - TICK_S * 1e9  # the next tick would be too late
-        if not due and not is_event(want, self._sent, view.description.message.steering_ratio):
+        if not due and not is_urgent(want, sent, self._moving, ratio):
             return
         self._sequence += 1
         command = built(want, self._lease.epoch, self._sequence, self._stamps(view, now_ns))
         self._link.publish("drive_command", sign(command, self._lease.key))
+        self._moving = sent is not None and moved(want, sent, ratio)
         self._sent, self._sent_ns = want, now_ns
 
     def _stamps(self, view: View, now_ns: int) -> Stamps:

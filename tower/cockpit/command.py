@@ -123,13 +123,18 @@ _STEERING_STEP_RAD = 0.0005
 _ACCELERATION_STEP_M_S2 = 0.01
 
 
-def is_event(want: Wanted, sent: Wanted | None, steering_ratio: float) -> bool:
-    """Whether the controls changed since the command sent last, so that a new one should go out at once."""
+def moved(want: Wanted, sent: Wanted, steering_ratio: float) -> bool:
+    """Whether wheel or pedals changed since the command sent last."""
+    turned = abs(want.road_wheel_angle_rad - sent.road_wheel_angle_rad) * steering_ratio > _STEERING_STEP_RAD
+    return turned or abs(want.acceleration_m_s2 - sent.acceleration_m_s2) > _ACCELERATION_STEP_M_S2
+
+
+def is_urgent(want: Wanted, sent: Wanted | None, was_moving: bool, steering_ratio: float) -> bool:
+    """Whether a command should go out at once: on every switch, and where wheel or pedals BEGIN to move. While they go on
+    (was_moving: in the command sent last), the next regular command is soon enough, and the car is spared every other cycle."""
     if sent is None:
         return True
-    moved = abs(want.road_wheel_angle_rad - sent.road_wheel_angle_rad) * steering_ratio > _STEERING_STEP_RAD
-    pressed = abs(want.acceleration_m_s2 - sent.acceleration_m_s2) > _ACCELERATION_STEP_M_S2
-    return moved or pressed or _switches(want) != _switches(sent)
+    return _switches(want) != _switches(sent) or (not was_moving and moved(want, sent, steering_ratio))
 
 
 def _switches(want: Wanted) -> tuple[object, ...]:

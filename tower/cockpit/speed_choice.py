@@ -53,14 +53,11 @@ class Ahead:
 
 def wanted_acceleration(ahead: Ahead, car: VehicleDescription, settings: SpeedSettings) -> float:
     """m/s2, negative brakes. With nowhere to go: enough to hold the car."""
-    target = min(
-        _cruise(ahead, settings),
-        min((_towards(distance, settings.braking_m_s2) for distance in _stops(ahead, car, settings)), default=inf),
-    )
+    nearest = min(_stops(ahead, car, settings), default=inf)
+    target = min(_cruise(ahead, settings), _towards(nearest, settings.braking_m_s2))
     if target < 0.1 and ahead.speed_m_s < 0.3:
         return -1.5  # holds on any street
     gap = settings.gain_1_s * (target - ahead.speed_m_s)
-    nearest = min(_stops(ahead, car, settings), default=inf)
     needed = ahead.speed_m_s**2 / (2 * max(nearest, 0.3)) if nearest < inf else 0.0
     if needed > settings.braking_m_s2:  # planning was overtaken by events
         gap = min(gap, -1.2 * needed)
