@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from benchmarks.fault_bounds import Braking, after, stops
 from benchmarks.impairment import Impairment
-from benchmarks.warm_rig import WarmRig, pause, run_in
+from benchmarks.warm_rig import TOWER, WarmRig, pause, run_in
 from wire.messages.vehicle import Mode
 
 
@@ -27,6 +27,7 @@ class Fate(StrEnum):
 End = Callable[[], None]
 Hurt = Callable[[WarmRig], End]
 PICTURE_AND_COMMAND_MS = 500.0  # the command's limit is the longer one of the two
+HOUR_S = 3600
 LOOP_MS = 2500.0  # a slow loop: the p95 of a second above its limit, for one second more, and half a second of itself
 
 
@@ -109,6 +110,17 @@ def disk_refuses(rig: WarmRig) -> End:
     return end
 
 
+def clock_steps(rig: WarmRig) -> End:
+    """The operator's computer starts again, and its clock is an hour on."""
+    rig.sites.tower.clock_s += HOUR_S
+    for name in TOWER:
+        rig.send(name, signal.SIGKILL)
+    for name in TOWER:
+        rig.machine(name).running[name].process.wait()
+        rig.start(name)
+    return nothing
+
+
 def power_cycle(rig: WarmRig) -> End:
     """Everything in the car loses its power at once, but the world and its actuators; all of it starts again while it moves."""
     names = ("gateway", "ecu", "autonomy", "video", "recorder")
@@ -157,8 +169,11 @@ KINDS: tuple[Kind, ...] = (
     Kind("downlink-black", "nothing from the car, all to it", Fate.STANDS, _PICTURE, way(Impairment(), BLACK)),
     Kind("flooded", "10,000 junk messages a second on the command key", Fate.GOES_ON, None, intruder("flood", True), 5.0),
     Kind("forged", "commands without the lease's key", Fate.GOES_ON, None, intruder("forged", True), 5.0),
+    Kind("second-operator", "another operator asks for the lease", Fate.GOES_ON, None, intruder("second", True), 5.0),
+    Kind("stolen-key", "the operator's name and key, from elsewhere", Fate.GOES_ON, None, intruder("stolen", True), 5.0),
     Kind("frozen-world", "the same picture with fresh stamps", Fate.STANDS, after(5000.0), intruder("frozen", False), 8.0),
     Kind("stuck-gnss", "the same position with fresh stamps", Fate.SAFE, _LOST, intruder("stuck", False), 6.0),
     Kind("repeated-frames", "the gateway's own CAN frames again", Fate.SAFE, _GATEWAY, intruder("frames", False), 5.0),
+    Kind("clock-steps", "the tower starts again with its clock an hour on", Fate.STANDS, _LOST, clock_steps),
     Kind("power-cycle", "the car's computers start again while it moves", Fate.STANDS, _GATEWAY, power_cycle),
 )

@@ -2,6 +2,8 @@
 
 flood    a second program with the operator's certificate puts 10,000 junk messages a second on the command key
 forged   it sends well-formed commands with the current epoch and ever higher numbers, without the lease's key
+second   with the operator's certificate, another operator asks for the lease, twice a second
+stolen   likewise with the operator's own name, as he would from another computer
 frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
 stuck    likewise: the same position from the satellites, with fresh stamps
 frames   on the vehicle bus: the gateway's own last command again, as it was; the counter is wrong each time
@@ -17,13 +19,16 @@ from typing import Any
 from msgspec.structs import replace
 
 from benchmarks.cycle_messages import command
+from tower.cockpit.lease_client import request
 from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.codec import codec_of
 from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.settings import VehicleGatewaySettings
+from wire.certificates import folder_of
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.identity import signer_of
 from wire.latest import Latest
 from wire.link import Link, open_link
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
@@ -34,6 +39,7 @@ from wire.topics import Role
 FLOOD_HZ, BURST = 10_000, 100
 JUNK = b'{"lease_epoch": 1, "sequence": NaN}' * 4
 AHEAD_NS = 30_000_000  # always newer than the genuine one
+ASK_S = 0.4  # for an answer
 FAR = 2**40  # a sequence number no cockpit comes to
 Tick = Callable[[int, int], None]  # number, now_ns
 Prepare = Callable[[Link, Link, Path], Tick]  # where it speaks, where it listens
@@ -61,6 +67,26 @@ def forged(link: Link, heard: Link, config: Path) -> Tick:
     return tick
 
 
+def asking(operator: str) -> Prepare:
+    """For the lease, well signed. An operator "" is the one who holds it."""
+
+    def prepare(link: Link, heard: Link, config: Path) -> Tick:
+        status: Latest[GatewayStatus] = heard.level("gateway_status")
+        settings: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+        signer = signer_of(folder_of(settings.link.certificates), Role.TOWER_SCRIPT)
+
+        def tick(number: int, now_ns: int) -> None:
+            known = status.get()
+            if known is not None:
+                told = known.message
+                wish = request(operator or told.lease_holder, "elsewhere", told, now_ns)
+                link.ask("lease", signer.sign(wish), ASK_S)
+
+        return tick
+
+    return prepare
+
+
 def repeated(topic: str) -> Prepare:
     """The first message of a topic for ever, each time newer than any genuine one."""
 
@@ -83,6 +109,8 @@ def repeated(topic: str) -> Prepare:
 KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as, rate
     "flood": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, FLOOD_HZ / BURST, flood),
     "forged": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 100.0, forged),
+    "second": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("eve")),
+    "stolen": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("")),
     "frozen": (Role.SIMULATE, Role.VIDEO, 100.0, repeated("world_state")),
     "stuck": (Role.SIMULATE, Role.AUTONOMY, 20.0, repeated("gnss")),
 }

@@ -28,6 +28,7 @@ VEHICLE = "car-1"
 HOUR_NS = 3_600_000_000_000
 LOOK_S = 0.02
 _BIN = Path(sys.executable).parent
+_OTHER_CLOCK = Path(__file__).with_name("other_clock.py")
 
 
 def missing() -> str:
@@ -65,9 +66,11 @@ class Machine:
     folder: Path
     config: Path
     running: dict[str, Program] = field(default_factory=dict)
+    clock_s: int = 0  # how far its monotonic clock is ahead of ours, for what is started from now on
 
     def command(self, program: str, *arguments: str) -> list[str]:
-        return ["ip", "netns", "exec", self.name, str(_BIN / program), *arguments]
+        clock = [sys.executable, str(_OTHER_CLOCK), str(self.clock_s)] if self.clock_s else []
+        return ["ip", "netns", "exec", self.name, *clock, str(_BIN / program), *arguments]
 
     def ask(self, program: str, *arguments: str, patience_s: float = 30.0) -> subprocess.CompletedProcess[str]:
         """Run a program to its end."""
