@@ -24,7 +24,7 @@ from wire.road import Road, wrap_angle
 from wire.scenario import Scenario
 
 STEP_S = 0.001
-LOOK_ROUND_STEPS = 8  # people move and the referee looks at 125 Hz: 6 cm at 25 km/h
+LOOK_ROUND_STEPS = 12  # people move and the referee looks at 83 Hz: 8 cm at 25 km/h
 BRAKE_LIGHTS_FROM_M_S2 = 0.3  # of brake force over the mass
 
 
