@@ -6,11 +6,11 @@ a corridor the way is the curvature that would be held. What is not known is nev
 """
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
-from math import atan2, cos, dist, hypot, sin
-from typing import NamedTuple
+from itertools import repeat
+from math import cos, dist, hypot, sin
 
 from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, Shift
+from vehicle_gateway.sweep import Circle, Points, in_reach
 from wire.messages.automation import STOPPING_CORRIDOR_M, Scene
 from wire.messages.base import Length, Message, Name, Position, Speed, TimeNs
 from wire.messages.vehicle import VehicleDescription
@@ -18,10 +18,6 @@ from wire.messages.vehicle import VehicleDescription
 GROWTH_M_S = 0.5  # ours: a person who walks on otherwise than a second ago is half a metre elsewhere
 NEAR_M = 60.0  # a way of 30 m, the car at its end, and what comes towards it within a second
 STEP_M = 1.0  # of the way with held curvature
-STEP_MIN_M = 0.2  # a line of shorter steps is looked at point by point
-TURN_MAX_RAD = 1.0  # and one that turns more within the length of the car
-
-Points = Sequence[tuple[float, float]]
 
 
 class Thing(Message):
@@ -49,12 +45,6 @@ class Way(Message):
 
 
 CORRIDOR, HELD, UNKNOWN = "corridor", "held", ""
-
-
-class Circle(NamedTuple):
-    x_m: float
-    y_m: float
-    radius_m: float
 
 
 def keep_surroundings(scene: Scene, shift: Shift) -> Surroundings:
@@ -86,44 +76,6 @@ def moved_on(things: Iterable[Thing], age_s: float) -> list[Circle]:
 def as_they_stand(things: Iterable[Thing]) -> list[Circle]:
     """Standing things: their estimate settles, it does not grow; the automation keeps a distance of its own besides."""
     return [Circle(thing.x_m, thing.y_m, thing.radius_m) for thing in things]
-
-
-def sweep_of(points: Points, vehicle: VehicleDescription) -> float | None:
-    """How far from the points the body of a car that follows them gets at most; None for a line too crooked to say.
-
-    The body reaches `front` ahead along the tangent; from there the line has turned by at most T = t (front / l + 1), with t the
-    largest turn at a point and l the shortest step, and lies beside the tangent by at most front T, short of it by front T^2 / 2.
-    """
-    steps = [(x2 - x1, y2 - y1, dist((x1, y1), (x2, y2))) for (x1, y1), (x2, y2) in pairwise(points)]
-    shortest, longest = min((step[2] for step in steps), default=0.0), max((step[2] for step in steps), default=0.0)
-    if shortest < STEP_MIN_M:
-        return None
-    turns = [abs(atan2(ax * by - ay * bx, ax * bx + ay * by)) for (ax, ay, _), (bx, by, _) in pairwise(steps)]
-    front = max(vehicle.length_m - vehicle.rear_overhang_m, vehicle.rear_overhang_m)
-    turned = max(turns, default=0.0) * (front / shortest + 1)
-    if turned > TURN_MAX_RAD:
-        return None
-    return vehicle.width_m / 2 + front * turned + front * turned**2 / 2 + max(longest / 2, vehicle.rear_overhang_m)
-
-
-def in_reach(points: Points, begin: int, things: Sequence[Circle], sweep_m: float, vehicle: VehicleDescription) -> list[Circle]:
-    """Only the things that a car on this way could touch: no farther from its line, drawn out by the bonnet, than it sweeps."""
-    (x1, y1), (x2, y2) = points[-2], points[-1]
-    step = max(map(dist, points, points[1:]))
-    length = dist((x1, y1), (x2, y2))
-    dx, dy, front = (x2 - x1) / length, (y2 - y1) / length, vehicle.length_m - vehicle.rear_overhang_m
-    line = [*points[begin:], *((x2 + k * length * dx, y2 + k * length * dy) for k in range(1, int(front / length) + 2))]
-    return [thing for thing in things if _comes_near(line, step, thing, sweep_m + thing.radius_m)]
-
-
-def _comes_near(line: Points, step_m: float, thing: Circle, reach_m: float) -> bool:
-    place, at = (thing.x_m, thing.y_m), 0
-    while at < len(line):
-        gap = dist(line[at], place) - reach_m
-        if gap <= 0.0:
-            return True
-        at += int(gap / step_m) + 1
-    return False
 
 
 def free_points(points: Points, begin: int, things: Sequence[Circle], vehicle: VehicleDescription) -> int:
@@ -168,8 +120,8 @@ def _touches(points: Points, at: int, thing: Circle, front_m: float, rear_m: flo
 
 def nearest(points: Points, odometry: Odometry) -> int:
     """Index of the point the car is at."""
-    here = (odometry.x_m, odometry.y_m)
-    return min(range(len(points)), key=lambda index: dist(points[index], here))
+    distances = list(map(dist, points, repeat((odometry.x_m, odometry.y_m))))
+    return distances.index(min(distances))
 
 
 def cut_by_standing(corridor: Corridor, around: Surroundings, odometry: Odometry, vehicle: VehicleDescription) -> int | None:

@@ -18,7 +18,6 @@ from vehicle_gateway.free_way import (
     free_of_corridor,
     held_free_m,
     keep_surroundings,
-    sweep_of,
 )
 from vehicle_gateway.guard import GuardLimits, Things, things_of
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
@@ -26,6 +25,7 @@ from vehicle_gateway.loop_age import loop_age_ms
 from vehicle_gateway.place import Fix, fix_of
 from vehicle_gateway.rolling import Rolling, watch_rolling
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
+from vehicle_gateway.sweep import sweep_of
 from wire.messages.automation import Scene
 from wire.messages.base import CAMERAS_MAX, Gear
 from wire.messages.operating import DriveCommand

@@ -9,18 +9,16 @@ from msgspec.structs import replace
 
 from vehicle_gateway.corridor import Corridor, Odometry, Shift
 from vehicle_gateway.free_way import (
-    Circle,
     Surroundings,
     Thing,
     free_of_corridor,
     free_points,
     held_free_m,
     held_way,
-    in_reach,
     keep_surroundings,
     moved_on,
-    sweep_of,
 )
+from vehicle_gateway.sweep import Circle, in_reach, sweep_of
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import Scene, TrackedObject
 from wire.messages.vehicle import VehicleDescription
