@@ -22,7 +22,7 @@ def happened(
         | _of_the_automation(state, now_ns, limits)
     )
     causes = {RULES[cause].event for cause in state.causes if not (state.on_no_stop and cause in SOFT)}
-    return tuple(event for event in IN_ORDER if table.get(event, False) or event in causes)
+    return tuple([event for event in IN_ORDER if table.get(event) or event in causes])
 
 
 def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool) -> dict[Event, bool]:
@@ -71,7 +71,7 @@ def _of_the_automation(state: State, now_ns: int, limits: GatewayLimits) -> dict
         and abs(state.autonomy.road_wheel_angle_rad - state.applied.road_wheel_angle_rad) <= limits.hand_over.hand_back_error_rad
     )
     fresh = (now_ns - state.autonomy_status_ns) / 1e6 <= limits.failsafe.autonomy_status_lost_ms
-    still_allowed = not refuse_hand_back(Mode.REMOTE, state.autonomy_status, fresh, limits.hand_over)
+    still_allowed = returning and not refuse_hand_back(Mode.REMOTE, state.autonomy_status, fresh, limits.hand_over)
     return {
         Event.BUDGET_OVER: request is not None and now_ns >= request.raised_ns + request.budget_s * 1e9,
         Event.HAND_BACK_COMMITTED: fits and still_allowed,

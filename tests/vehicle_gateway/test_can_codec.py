@@ -335,7 +335,7 @@ def test_no_payload_whatever_raises(name, payload, previous):
     identifier = layouts()[name].arbitration_id
     frame = Frame(identifier, payload)
     counters = {identifier: previous}
-    decode(replace(FeedbackState(), counters=counters), frame)
+    decode(FeedbackState(counters=counters), frame)
     decode_command(replace(CommandState(), counters=counters), frame)
     decode_plant(replace(PlantState(), counters=counters), frame)
     decode_demand(DemandState(counter=previous), frame)

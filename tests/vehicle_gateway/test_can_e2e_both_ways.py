@@ -44,9 +44,9 @@ def frame(name: str, counter: int) -> Frame:
     return layout.pack([max(field.low, 0.0) for field in layout.fields], counter)
 
 
-def content(state: Any) -> Any:
+def content(state: Any) -> dict[str, Any]:
     """What a receiver believes, without the counters it keeps."""
-    return replace(state, **{"counter" if hasattr(state, "counter") else "counters": None})
+    return {name: getattr(state, name) for name in type(state).__annotations__ if name not in ("counter", "counters")}
 
 
 def follows_on(before: int, now: int) -> bool:

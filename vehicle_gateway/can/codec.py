@@ -5,7 +5,9 @@ Never decides anything about driving. What is wrong with a frame is told by its 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+
+from msgspec.structs import replace
 
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.cyclic import Sent, take_due
@@ -61,10 +63,9 @@ class Feedback(Message):
     release_button: bool  # gives the car back to the automation
 
 
-@dataclass(frozen=True, slots=True)
-class FeedbackState:
+class FeedbackState(Message):
     feedback: Feedback | None = None  # newest complete one; a NEW object with every motion frame, and only then
-    counters: Mapping[int, int] = field(default_factory=dict)  # newest received, by arbitration id
+    counters: dict[int, int] = {}  # newest received, by arbitration id
     drive: tuple[float, ...] | None = None
     drive_age: int = 0  # motion frames since
     local: tuple[float, ...] | None = None

@@ -5,20 +5,19 @@ slots keep their phase. Nothing repeats a frame between cycles: no kernel broadc
 stops, its frames stop.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 
 from vehicle_gateway.can.transmit import Sendable
+from wire.messages.base import Message
 
 EARLY = 0.25  # of a period: a cycle that comes that much early still sends, instead of a whole cycle late
 
 
-@dataclass(frozen=True, slots=True)
-class Sent:
+class Sent(Message):
     """By name of the frame."""
 
-    due_ns: Mapping[str, int] = field(default_factory=dict)  # start of the next slot
-    counts: Mapping[str, int] = field(default_factory=dict)  # frames sent
+    due_ns: dict[str, int] = {}  # start of the next slot
+    counts: dict[str, int] = {}  # frames sent
 
 
 def take_due(sent: Sent, layouts: Iterable[Sendable], now_ns: int) -> tuple[Sent, dict[str, int]]:
@@ -33,4 +32,4 @@ def take_due(sent: Sent, layouts: Iterable[Sendable], now_ns: int) -> tuple[Sent
         due[name] = (now_ns if late else slot_ns) + period_ns
         counters[name] = counts.get(name, 0)
         counts[name] = counters[name] + 1
-    return Sent(due, counts), counters
+    return Sent(due_ns=due, counts=counts), counters

@@ -83,12 +83,12 @@ class Layout:
 def values_in(bits: int, fields: Sequence[Field]) -> tuple[float, ...] | None:
     """Physical values in the order of `fields`; None when one is not available or outside its range."""
     values = []
-    for field in fields:
-        raw = (bits >> field.start) & field.mask
-        raw -= (raw & field.sign) << 1
-        if not field.raw_low <= raw <= field.raw_high:
+    for _, start, mask, sign, scale, offset, _, _, raw_low, raw_high, _ in fields:
+        raw = (bits >> start) & mask
+        raw -= (raw & sign) << 1
+        if not raw_low <= raw <= raw_high:
             return None
-        values.append(raw * field.scale + field.offset)
+        values.append(raw * scale + offset)
     return tuple(values)
 
 
@@ -96,7 +96,8 @@ def raw_of(field: Field, value: float) -> int:
     """The bits of a value, saturated at the field's limits; of one that is not finite: not available."""
     if not isfinite(value):
         return field.not_available
-    inside = min(max(value, field.low), field.high)
+    low, high = field.low, field.high
+    inside = low if value < low else high if value > high else value
     return round((inside - field.offset) / field.scale) & field.mask
 
 

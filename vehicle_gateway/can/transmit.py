@@ -11,10 +11,12 @@ cycle's share, and one). Ours has no windows (generic cell rate algorithm, ITU-T
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
+from msgspec.structs import replace
+
 from vehicle_gateway.can.frame import Frame
+from wire.messages.base import Message
 
 SLACK = 2  # periods: one for a late cycle, one for a frame sent on the early side of its slot (vehicle_gateway.can.cyclic)
 NOT_LISTED, LENGTH, PROTECTION, TOO_SOON = "not on the list", "wrong length", "wrong protection", "too soon"
@@ -46,11 +48,10 @@ class Sendable(Protocol):
     def is_intact(self, frame: Frame) -> bool: ...
 
 
-@dataclass(frozen=True, slots=True)
-class Sending:
+class Sending(Message):
     """What has been sent so far."""
 
-    earliest_ns: Mapping[int, int] = field(default_factory=dict)  # the next frame's slot, by identifier
+    earliest_ns: dict[int, int] = {}  # the next frame's slot, by identifier
 
 
 def permits_of(layouts: Iterable[Sendable]) -> dict[int, Permit]:
