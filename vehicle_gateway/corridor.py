@@ -5,7 +5,7 @@ The automation's scene brings a path that was checked against road edge and stan
 is no longer free is for `free_way` to say, in every cycle.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import accumulate, repeat
 from math import atan2, cos, dist, hypot, sin
 from typing import NamedTuple
@@ -46,12 +46,10 @@ class Shift(NamedTuple):
     cos: float
     sin: float
 
-    def point(self, x_m: float, y_m: float) -> tuple[float, float]:
-        dx, dy = x_m - self.map_x_m, y_m - self.map_y_m
-        return self.x_m + dx * self.cos - dy * self.sin, self.y_m + dx * self.sin + dy * self.cos
-
-    def vector(self, x: float, y: float) -> tuple[float, float]:
-        return x * self.cos - y * self.sin, x * self.sin + y * self.cos
+    def points(self, points: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+        map_x, map_y, x0, y0, c, s = self
+        ahead = [(x - map_x, y - map_y) for x, y in points]
+        return tuple([(x0 + dx * c - dy * s, y0 + dx * s + dy * c) for dx, dy in ahead])
 
 
 def advance(odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, dt_s: float) -> Odometry:
@@ -73,7 +71,7 @@ def shift_of(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_rad_s:
 
 def keep_corridor(scene: Scene, shift: Shift) -> Corridor:
     """The scene's corridor in the odometry frame."""
-    points = tuple(shift.point(x, y) for x, y in scene.stopping_corridor)
+    points = shift.points(scene.stopping_corridor)
     return Corridor(points=points, checked_ns=scene.stamp_ns, along_m=along_of(points))
 
 

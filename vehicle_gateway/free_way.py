@@ -48,14 +48,22 @@ CORRIDOR, HELD, UNKNOWN = "corridor", "held", ""
 
 
 def keep_surroundings(scene: Scene, shift: Shift) -> Surroundings:
-    """The objects of the scene that a stop from here could meet."""
+    """The objects of the scene that a stop from here could meet. shift: of this scene, written out here for its many objects."""
     moving: list[Thing] = []
     standing: list[Thing] = []
+    map_x, map_y, x0, y0, c, s = shift
     for seen in scene.objects:
-        if hypot(seen.x_m - scene.x_m, seen.y_m - scene.y_m) > NEAR_M + seen.radius_m:
+        dx, dy, vx, vy = seen.x_m - map_x, seen.y_m - map_y, seen.velocity_x_m_s, seen.velocity_y_m_s
+        if hypot(dx, dy) > NEAR_M + seen.radius_m:
             continue
-        (x, y), (vx, vy) = shift.point(seen.x_m, seen.y_m), shift.vector(seen.velocity_x_m_s, seen.velocity_y_m_s)
-        thing = Thing(x_m=x, y_m=y, velocity_x_m_s=vx, velocity_y_m_s=vy, radius_m=seen.radius_m, deviation_m=seen.deviation_m)
+        thing = Thing(
+            x_m=x0 + dx * c - dy * s,
+            y_m=y0 + dx * s + dy * c,
+            velocity_x_m_s=vx * c - vy * s,
+            velocity_y_m_s=vx * s + vy * c,
+            radius_m=seen.radius_m,
+            deviation_m=seen.deviation_m,
+        )
         (standing if seen.static else moving).append(thing)
     return Surroundings(moving=tuple(moving), standing=tuple(standing), seen_ns=scene.stamp_ns)
 

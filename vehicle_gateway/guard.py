@@ -115,23 +115,25 @@ def things_of(around: Surroundings, odometry: Odometry, speed_m_s: float, limits
     reach_m = min(AROUND_M + (abs(speed_m_s) + GAINED_M_S) * ahead_s, NEAR_M)
     near = [
         (distance2, thing, moves)
-        for seen, within_m, moves in ((around.standing, reach_m, 0.0), (around.moving, NEAR_M, 1.0))
+        for seen, within_m2, moves in ((around.standing, reach_m**2, 0.0), (around.moving, NEAR_M**2, 1.0))
         for thing in seen
-        if (distance2 := (thing.x_m - x0) ** 2 + (thing.y_m - y0) ** 2) < within_m**2
+        if (distance2 := (thing.x_m - x0) ** 2 + (thing.y_m - y0) ** 2) < within_m2
     ]
     if len(near) > THINGS_MAX:
         near = sorted(near, key=lambda each: each[0])[:THINGS_MAX]
     return Things(
         stamp_ns=around.seen_ns,
         near=tuple(
-            Thing(
-                thing.x_m,
-                thing.y_m,
-                moves * thing.velocity_x_m_s,
-                moves * thing.velocity_y_m_s,
-                thing.radius_m + limits.deviations * thing.deviation_m,
-            )
-            for _, thing, moves in near
+            [
+                Thing(
+                    thing.x_m,
+                    thing.y_m,
+                    moves * thing.velocity_x_m_s,
+                    moves * thing.velocity_y_m_s,
+                    thing.radius_m + limits.deviations * thing.deviation_m,
+                )
+                for _, thing, moves in near
+            ]
         ),
     )
 
@@ -191,10 +193,12 @@ def near_path(
     aside_m = motion.half_width_m + min(reach_m**2 * abs(motion.curvature_1_m) / 2, reach_m) + grown
     for x, y, velocity_x, velocity_y, radius in things.near:
         dx, dy = x + velocity_x * age_s - x0, y + velocity_y * age_s - y0
-        ahead, left = way * (dx * c + dy * s), dy * c - dx * s
-        along, across = way * (velocity_x * c + velocity_y * s), velocity_y * c - velocity_x * s
+        left, across = dy * c - dx * s, velocity_y * c - velocity_x * s
+        if abs(left) >= aside_m + abs(across) * horizon_s + radius:
+            continue  # most are: rows of people beside the road
+        ahead, along = way * (dx * c + dy * s), way * (velocity_x * c + velocity_y * s)
         length_m = abs(along) * horizon_s + radius
-        if abs(left) < aside_m + abs(across) * horizon_s + radius and behind_m - length_m < ahead < reach_m + length_m:
+        if behind_m - length_m < ahead < reach_m + length_m:
             found.append(Near(ahead, left, along, across, radius + grown))
     if len(found) > CANDIDATES_MAX:
         found = sorted(found, key=lambda near: abs(near.x_m - motion.front_m))[:CANDIDATES_MAX]

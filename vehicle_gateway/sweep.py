@@ -30,11 +30,12 @@ def sweep_of(points: Points, vehicle: VehicleDescription) -> float | None:
     The body reaches `front` ahead along the tangent; from there the line has turned by at most T = t (front / l + 1), with t the
     largest turn at a point and l the shortest step, and lies beside the tangent by at most front T, short of it by front T^2 / 2.
     """
-    steps = [(x2 - x1, y2 - y1, dist((x1, y1), (x2, y2))) for (x1, y1), (x2, y2) in pairwise(points)]
-    shortest, longest = min((step[2] for step in steps), default=0.0), max((step[2] for step in steps), default=0.0)
+    lengths = list(map(dist, points, points[1:]))
+    shortest, longest = min(lengths, default=0.0), max(lengths, default=0.0)
     if shortest < STEP_MIN_M:
         return None
-    turns = [abs(atan2(ax * by - ay * bx, ax * bx + ay * by)) for (ax, ay, _), (bx, by, _) in pairwise(steps)]
+    steps = [(x2 - x1, y2 - y1) for (x1, y1), (x2, y2) in pairwise(points)]
+    turns = [abs(atan2(ax * by - ay * bx, ax * bx + ay * by)) for (ax, ay), (bx, by) in pairwise(steps)]
     front = max(vehicle.length_m - vehicle.rear_overhang_m, vehicle.rear_overhang_m)
     turned = max(turns, default=0.0) * (front / shortest + 1)
     if turned > TURN_MAX_RAD:

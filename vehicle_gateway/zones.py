@@ -157,7 +157,7 @@ def allowed_m(allowed: list[Zone], road: Road, at: OnRoad, motion: Motion, steps
     """How far the car may go on along its arc until its leading end leaves the allowed strips; None: it is outside already."""
     before_m = None
     for number, (station, offset) in enumerate(leading_end(road, at, motion, steps)):
-        now_m = min(outside_m(zone, station, offset, motion) for zone in allowed)
+        now_m = min([outside_m(zone, station, offset, motion) for zone in allowed])
         if now_m > 0.0:
             return None if before_m is None else STEP_M * (number - 1 + before_m / (before_m - now_m))
         before_m = now_m
