@@ -48,8 +48,7 @@ class Shift(NamedTuple):
 
     def points(self, points: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
         map_x, map_y, x0, y0, c, s = self
-        ahead = [(x - map_x, y - map_y) for x, y in points]
-        return tuple([(x0 + dx * c - dy * s, y0 + dx * s + dy * c) for dx, dy in ahead])
+        return tuple([(x0 + (x - map_x) * c - (y - map_y) * s, y0 + (x - map_x) * s + (y - map_y) * c) for x, y in points])
 
 
 def advance(odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, dt_s: float) -> Odometry:

@@ -1,6 +1,6 @@
 """What the body of a car sweeps that follows a line of points, and who is out of its reach. Pure; never says what is free.
 
-It spares `free_way` a close look at who stands beside the way. Line and box of a way are kept while it is the same one.
+It spares `free_way` a close look at who stands beside the way. Line and strip of a way are kept while it is the same one.
 """
 
 from collections.abc import Sequence
@@ -50,14 +50,14 @@ def in_reach(points: Points, begin: int, things: Sequence[Circle], sweep_m: floa
 
 
 class Line(NamedTuple):
-    """The points of a way, drawn out by the bonnet, and the box about them along the way."""
+    """The points of a way, drawn out by the bonnet, and the strip they lie in."""
 
     points: Points
     step_m: float  # the longest
-    cos: float  # of the box's direction, from the first point on
+    cos: float  # of the strip's direction, from the first point to the last of the way
     sin: float
-    left_m: tuple[float, float]  # where the box begins and ends, from the first point
-    ahead_m: tuple[float, float]
+    right_m: float  # where the strip ends beside the first point
+    left_m: float
 
 
 @lru_cache(maxsize=2)  # a corridor lasts for a tenth of a second, some twenty cycles
@@ -69,20 +69,16 @@ def line_of(points: tuple[tuple[float, float], ...], bonnet_m: float) -> Line:
     along = hypot(x2 - x0, y2 - y0)
     c, s = ((x2 - x0) / along, (y2 - y0) / along) if along else (1.0, 0.0)
     left = [(y - y0) * c - (x - x0) * s for x, y in drawn]
-    ahead = [(x - x0) * c + (y - y0) * s for x, y in drawn]
-    step = max(map(dist, points, points[1:]))
-    return Line(
-        drawn, step, c, s, (min(left) - ROUNDING_M, max(left) + ROUNDING_M), (min(ahead) - ROUNDING_M, max(ahead) + ROUNDING_M)
-    )
+    return Line(drawn, max(map(dist, points, points[1:])), c, s, min(left) - ROUNDING_M, max(left) + ROUNDING_M)
 
 
 def _comes_near(line: Line, begin: int, thing: Circle, reach_m: float) -> bool:
-    """Most things stand beside the way: whoever is too far from the box is too far from every point in it."""
-    points, step, c, s, (right, left), (behind, ahead) = line
-    x, y = thing.x_m - points[0][0], thing.y_m - points[0][1]
-    if not (right - reach_m < y * c - x * s < left + reach_m and behind - reach_m < x * c + y * s < ahead + reach_m):
+    """Most things stand beside the way: whoever is too far from its strip is too far from every point in it."""
+    points, step, c, s, right, left = line
+    (x0, y0), (x, y, _) = points[0], thing
+    if not right - reach_m < (y - y0) * c - (x - x0) * s < left + reach_m:
         return False
-    place, at = (thing.x_m, thing.y_m), begin
+    place, at = (x, y), begin
     while at < len(points):
         gap = dist(points[at], place) - reach_m
         if gap <= 0.0:
