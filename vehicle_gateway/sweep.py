@@ -44,9 +44,18 @@ def sweep_of(points: Points, vehicle: VehicleDescription) -> float | None:
 
 
 def in_reach(points: Points, begin: int, things: Sequence[Circle], sweep_m: float, vehicle: VehicleDescription) -> list[Circle]:
-    """Only the things that a car on this way could touch: no farther from its line, drawn out by the bonnet, than it sweeps."""
-    line = line_of(tuple(points), vehicle.length_m - vehicle.rear_overhang_m)
-    return [thing for thing in things if _comes_near(line, begin, thing, sweep_m + thing.radius_m)]
+    """Only the things that a car on this way could touch: no farther from its line, drawn out by the bonnet, than it sweeps.
+
+    Most things stand beside the way: whoever is too far from its strip is too far from every point in it.
+    """
+    drawn, step, c, s, right, left = line_of(tuple(points), vehicle.length_m - vehicle.rear_overhang_m)
+    (x0, y0), found = drawn[0], []
+    for thing in things:
+        x, y, radius = thing
+        reach, aside = sweep_m + radius, (y - y0) * c - (x - x0) * s
+        if right - reach < aside < left + reach and _comes_near(drawn, step, begin, (x, y), reach):
+            found.append(thing)
+    return found
 
 
 class Line(NamedTuple):
@@ -72,16 +81,11 @@ def line_of(points: tuple[tuple[float, float], ...], bonnet_m: float) -> Line:
     return Line(drawn, max(map(dist, points, points[1:])), c, s, min(left) - ROUNDING_M, max(left) + ROUNDING_M)
 
 
-def _comes_near(line: Line, begin: int, thing: Circle, reach_m: float) -> bool:
-    """Most things stand beside the way: whoever is too far from its strip is too far from every point in it."""
-    points, step, c, s, right, left = line
-    (x0, y0), (x, y, _) = points[0], thing
-    if not right - reach_m < (y - y0) * c - (x - x0) * s < left + reach_m:
-        return False
-    place, at = (x, y), begin
+def _comes_near(points: Points, step_m: float, begin: int, place: tuple[float, float], reach_m: float) -> bool:
+    at = begin
     while at < len(points):
         gap = dist(points[at], place) - reach_m
         if gap <= 0.0:
             return True
-        at += int(gap / step) + 1
+        at += int(gap / step_m) + 1
     return False
