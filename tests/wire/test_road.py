@@ -74,6 +74,14 @@ def test_from_the_road_to_the_world_and_back(segments, part, offset):
     assert abs(wrap_angle(back.heading_rad - heading)) < 1e-5
 
 
+def test_every_metre_of_long_pieces_beside_short_ones_is_found_again():
+    bends = ((100.0, 0.0), (2.0, 0.1), (90.0, 0.01), (3.0, 0.0), (100.0, -0.01))
+    road = road_of([RoadSegment(length_m=length, curvature_1_m=curvature) for length, curvature in bends], (5e3, -5e3), 1.0)
+    for station in range(296):
+        x, y, _ = road.to_world(station, 1.0 - station % 3)
+        assert road.to_road(x, y)[:2] == pytest.approx((station, 1.0 - station % 3), abs=1e-6)
+
+
 @example(
     segments=[RoadSegment(length_m=22.0), RoadSegment(length_m=32.0, curvature_1_m=0.05)], x=21.0, y=21.0
 )  # near a bend's centre

@@ -96,8 +96,7 @@ def raw_of(field: Field, value: float) -> int:
     """The bits of a value, saturated at the field's limits; of one that is not finite: not available."""
     if not isfinite(value):
         return field.not_available
-    low, high = field.low, field.high
-    inside = low if value < low else high if value > high else value
+    inside = min(max(value, field.low), field.high)
     return round((inside - field.offset) / field.scale) & field.mask
 
 
