@@ -58,6 +58,8 @@ class _Piece:
         ahead, left = dx * c + dy * s, -dx * s + dy * c
         k = self.curvature_1_m
         along = ahead if abs(k) < 1e-9 else atan2(k * ahead, 1.0 - k * left) / k
+        if along < 0.0 and abs(k) >= 1e-9:
+            along += 2 * pi / abs(k)  # the second half of a turn
         if 0.0 <= along <= self.length_m:
             return along, *self.at(along)
         (sx, sy, _), (ex, ey, _) = self.start, self.end  # beyond the piece: the nearer of its ends

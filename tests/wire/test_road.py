@@ -141,3 +141,13 @@ def test_a_wrapped_angle_is_the_same_direction_within_half_a_turn(angle):
     assert -pi - 1e-9 <= wrapped <= pi + 1e-9
     assert (cos(wrapped), sin(wrapped)) == pytest.approx((cos(angle), sin(angle)), abs=1e-9)
     assert abs(atan2(sin(angle), cos(angle)) - wrapped) % (2 * pi) == pytest.approx(0.0, abs=1e-6) or abs(wrapped) > pi - 1e-6
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_three_quarters_of_a_roundabout_are_found_all_the_way_round(side):
+    radius = 20.0
+    road = road_of([RoadSegment(length_m=1.5 * pi * radius, curvature_1_m=side / radius)])
+    for station in (0.0, 10.0, pi * radius - 1.0, pi * radius + 1.0, 80.0, 94.0):
+        for offset in (-3.0, 0.0, 3.0):
+            point = road.to_road(*road.to_world(station, offset)[:2])
+            assert (point.station_m, point.offset_m) == pytest.approx((station, offset), abs=1e-6)
