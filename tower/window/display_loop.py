@@ -1,6 +1,7 @@
 """One step of the window: keys, messages, picture, screen, and what was shown back to the cockpit. Joins; decides nothing."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, Protocol
 
 import pygame
@@ -29,6 +30,7 @@ from tower.window.view_model import view_model
 from tower.window.views import ViewModel
 from wire.clock import Clock
 from wire.latest import Latest
+from wire.messages.automation import RoadMap
 from wire.messages.base import Message
 from wire.messages.operating import OperatorInput, OperatorStatus, ShownFrame, WindowStatus
 from wire.messages.vehicle import Mode
@@ -324,4 +326,9 @@ class DisplayLoop:
         scene, road_map = self._levels["scene"].get(), self._levels["road_map"].get()
         if scene is None or road_map is None:
             return None
-        return float(abs(scene.message.offset_m - Road(road_map.message).own_lane_offset_m))
+        return float(abs(scene.message.offset_m - _road(road_map.message).own_lane_offset_m))
+
+
+@lru_cache(maxsize=2)
+def _road(road_map: RoadMap) -> Road:
+    return Road(road_map)
