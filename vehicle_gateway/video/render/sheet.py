@@ -6,11 +6,12 @@ is foreshortened a hundred times more along than across. Colour is painted elsew
 """
 
 from dataclasses import dataclass
+from math import log2
 
 import cv2
 import numpy as np
 
-from vehicle_gateway.video.render.projection import Floats, Picture
+from vehicle_gateway.video.render.projection import Floats, Numbers, Picture
 
 ROW_M = 0.05  # along the road
 ROWS_MAX = 9000  # 450 m at ROW_M; a longer road gets longer rows, so that memory stays below 200 MB
@@ -65,10 +66,17 @@ class Sheet:
 
 
 class Reduced:
-    """The texture and its copies, each halved i times along and j times across."""
+    """The texture and its copies, each halved i times along and j times across, all in one picture.
+
+    One picture, so that one call of OpenCV reads rows of several copies: i picks the rows of it, j the columns.
+    """
 
     def __init__(self, texture: Picture) -> None:
-        self._copies: dict[tuple[int, int], Picture] = {}
+        heights = _halved_sizes(texture.shape[0], ROW_HALVINGS)
+        widths = _halved_sizes(texture.shape[1], COLUMN_HALVINGS)
+        self._size = np.array(heights, np.float32), np.array(widths, np.float32)
+        self._first = np.cumsum([0, *heights[:-1]]), np.cumsum([0, *widths[:-1]])
+        self.all_copies: Picture = np.zeros((sum(heights), sum(widths), 4), np.uint8)
         along = texture
         for i in range(ROW_HALVINGS + 1):
             self._add_across(i, along)
@@ -77,18 +85,39 @@ class Reduced:
     def _add_across(self, i: int, texture: Picture) -> None:
         across = texture
         for j in range(min(i + 1, COLUMN_HALVINGS) + 1):  # more across than along is hardly ever looked at
-            self._copies[i, j] = across
+            self._copy(i, j)[:] = across
             across = _halved(across, rows=False)
+
+    def _copy(self, i: int, j: int) -> Picture:
+        row, column = self._first[0][i], self._first[1][j]
+        return self.all_copies[row : row + int(self._size[0][i]), column : column + int(self._size[1][j])]
 
     def pick(self, rows_per_sample: float, columns_per_sample: float) -> tuple[int, int, Picture]:
         """The copy whose texels are about as large as one sample's footprint: halvings (i, j) and the copy."""
         i = _halvings(rows_per_sample, ROW_HALVINGS)
         j = min(_halvings(columns_per_sample, COLUMN_HALVINGS), i + 1)
-        return i, j, self._copies[i, j]
+        return i, j, self._copy(i, j)
+
+    def places(self, rows: Floats, columns: Floats, copies: Numbers) -> tuple[Floats, Floats]:
+        """Where in `all_copies` OpenCV finds rows and columns (lines, N) of the texture: x and y.
+
+        copies  (lines, 2) halvings (i, j) of the copy each line is read from
+        """
+        y, x = (
+            np.minimum(np.maximum(texels * np.float32(0.5) ** halvings - np.float32(0.5), np.float32(0)), size[halvings] - 1)
+            + first[halvings].astype(np.float32)
+            for texels, halvings, size, first in zip((rows, columns), copies.T[..., None], self._size, self._first, strict=True)
+        )
+        return x, y
+
+
+def _halved_sizes(size: int, most: int) -> list[int]:
+    """Of the copies along one side, as `_halved` makes them."""
+    return [max(1, size >> k) for k in range(most + 1)]
 
 
 def _halvings(texels: float, most: int) -> int:
-    return int(min(max(np.log2(max(texels, 1e-6)) + 0.5, 0.0), most))
+    return int(min(max(log2(max(texels, 1e-6)) + 0.5, 0.0), most))
 
 
 def _halved(texture: Picture, rows: bool) -> Picture:
