@@ -100,28 +100,13 @@ class Sky:
         """
         if end_row <= 0:
             return
-        grid = _grid(view, end_row)
-        soft = max(0, min(end_row, int(view.horizon_px - SHARP_SHARE * view.height_px))) // 2 * 2  # above: only clouds
-        cloud_map, land_map = _widen(grid, 2, 0, soft, view.width_px), _widen(grid, 1, soft, end_row, view.width_px)
+        x, y = _widen(_grid(view, end_row), view.width_px, end_row)
+        soft = max(0, min(end_row, int(view.horizon_px - SHARP_SHARE * view.height_px)))  # above: only clouds
         for first, last, needed in _strips(view.width_px, end_row, sky_to):
-            columns = slice(first, last)
-            if soft and needed > 0:
-                self._draw_soft(canvas[:soft, columns], cloud_map, slice(first // 2, last // 2), min(soft, needed))
-            if needed > soft:
-                rows = slice(0, needed - soft)
-                self._remap(land_map[0][rows, columns], land_map[1][rows, columns], canvas[soft:needed, columns])
-
-    def _draw_soft(self, target: Picture, halved: tuple[Floats, Floats], columns: slice, needed: int) -> None:
-        """Clouds at half the size, doubled: they were painted at half the size, nothing in them is sharp."""
-        rows = slice(0, (needed + 1) // 2)
-        small = self._remap(halved[0][rows, columns], halved[1][rows, columns])
-        size = ((columns.stop - columns.start) * 2, rows.stop * 2)
-        cv2.resize(small, size, dst=target[: size[1]], interpolation=cv2.INTER_LINEAR)
-
-    def _remap(self, x: Floats, y: Floats, target: Picture | None = None) -> Picture:
-        return np.asarray(
-            cv2.remap(self._panorama, x, y, cv2.INTER_LINEAR, dst=target, borderMode=cv2.BORDER_REPLICATE), dtype=np.uint8
-        )
+            for low, high, reading in ((0, min(soft, needed), cv2.INTER_NEAREST), (soft, needed, cv2.INTER_LINEAR)):
+                if low < high:
+                    part = slice(low, high), slice(first, last)
+                    cv2.remap(self._panorama, x[part], y[part], reading, dst=canvas[part], borderMode=cv2.BORDER_REPLICATE)
 
 
 def _strips(width_px: int, end_row: int, sky_to: list[int] | None) -> list[tuple[int, int, int]]:
@@ -154,10 +139,9 @@ def _grid(view: View, end_row: int) -> tuple[Floats, Floats]:
     return x.astype(np.float32), y.astype(np.float32)
 
 
-def _widen(grid: tuple[Floats, Floats], step: int, first: int, last: int, width_px: int) -> tuple[Floats, Floats]:
-    """Panorama coordinates of every step-th pixel of the rows [first, last), linear between the grid's points."""
-    cell, row = CELL_PX // step, ROW_STEP_PX // step
-    size = (grid[0].shape[1] * cell, grid[0].shape[0] * row)
-    rows, columns = slice(row + first // step, row + last // step), slice(cell, cell + width_px // step)
-    x, y = (np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_LINEAR), np.float32)[rows, columns] for part in grid)
+def _widen(grid: tuple[Floats, Floats], width_px: int, rows: int) -> tuple[Floats, Floats]:
+    """Panorama coordinates of every pixel of the rows [0, rows), linear between the grid's points."""
+    size = (grid[0].shape[1] * CELL_PX, grid[0].shape[0] * ROW_STEP_PX)
+    part = slice(ROW_STEP_PX, ROW_STEP_PX + rows), slice(CELL_PX, CELL_PX + width_px)
+    x, y = (np.asarray(cv2.resize(places, size, interpolation=cv2.INTER_LINEAR), np.float32)[part] for places in grid)
     return x, y
