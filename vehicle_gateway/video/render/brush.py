@@ -28,7 +28,7 @@ def fixed(pixels: Floats) -> Corners:
     scaled = (pixels - 0.5) * (1 << SHIFT)
     np.minimum(scaled, _FARTHEST, out=scaled)  # a third of the time np.clip takes on a few corners
     np.maximum(scaled, -_FARTHEST, out=scaled)
-    corners: Corners = np.rint(scaled).astype(np.int32)
+    corners: Corners = np.rint(scaled).astype(np.int32, order="C")  # OpenCV wants a corner's two numbers side by side
     return corners
 
 

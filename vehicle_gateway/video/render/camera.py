@@ -20,7 +20,7 @@ from vehicle_gateway.video.render.cutouts import Cutout, barrier_cutout, sign_cu
 from vehicle_gateway.video.render.ground import Ground, Hidden
 from vehicle_gateway.video.render.order import CELL_PX, Cover, Wall, far_to_near, seen, slots
 from vehicle_gateway.video.render.paving import pave
-from vehicle_gateway.video.render.people import Looks, draw_person, dress
+from vehicle_gateway.video.render.people import Figure, dress, figures
 from vehicle_gateway.video.render.perspective import Box
 from vehicle_gateway.video.render.projection import Floats, Numbers, Picture, View, view_of
 from vehicle_gateway.video.render.road_frame import RoadFrame
@@ -152,13 +152,14 @@ class SimulatedCamera:
         draws = [partial(self._lamps.draw, canvas, i) for i in lamps.tolist()]
         draws += [partial(self._cones.draw, canvas, i) for i in cones.tolist()]
         draws += [partial(cutout.draw, canvas, view, world.stamp_ns) for cutout in self._cutouts]
-        draws += [partial(draw_person, canvas, view, world.people[i], self._look_of(i)) for i in people.tolist()]
+        draws += [partial(figure.draw, canvas) for figure in self._figures(view, world, people)]
         items = [_Item(partial(self._trees.draw, canvas, i), self._trees.box(i)) for i in trees.tolist()]
         items += [_Item(draw, box) for draw, box in zip(draws, _boxes(view, feet, sizes), strict=True)]
         return items, np.concatenate((self._trees.feet_m[trees], feet))[:, :2]
 
-    def _look_of(self, number: int) -> Looks:
-        return self._looks[number % len(self._looks)]
+    def _figures(self, view: View, world: WorldState, numbers: Numbers) -> list[Figure]:
+        named = numbers.tolist()
+        return figures(view, [world.people[i] for i in named], [self._looks[i % len(self._looks)] for i in named])
 
 
 @dataclass(frozen=True, slots=True)

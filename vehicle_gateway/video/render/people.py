@@ -4,6 +4,7 @@ Proportions after common anthropometric tables (50th percentile, stature 1.75 m)
 knee in the swing, the feet stay on the ground. Not modelled: faces, wind, standing at rest other than upright.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
 
@@ -11,7 +12,7 @@ import cv2
 import numpy as np
 
 from vehicle_gateway.video.render.brush import SHIFT, Colour, darken, fixed, shaded
-from vehicle_gateway.video.render.projection import NEAR_M, Flags, Floats, Picture, View
+from vehicle_gateway.video.render.projection import NEAR_M, Corners, Flags, Floats, Picture, View
 from vehicle_gateway.video.render.shadows import FULL_SHADE, shadow_offset_m
 from wire.messages.sensing import MovingPerson
 
@@ -129,41 +130,55 @@ def _arm(angle: float, swing: float, y_m: float, z_m: float, looks: Looks) -> li
     ]
 
 
-Patch = tuple[Floats, Colour]  # a convex polygon in pixels
+Patch = tuple[Corners, Colour]  # a convex polygon
 
 
-def draw_person(canvas: Picture, view: View, person: MovingPerson, looks: Looks) -> None:
-    """Nothing when the person stands beside or behind the camera's plane; limbs that cross it are left out."""
-    foot = view.to_camera((person.x_m, person.y_m, 0.0))
-    if foot[2] < NEAR_M:
-        return
-    detailed = STATURE_M * view.focal_px / float(foot[2]) > DETAIL_PX
-    _shade(canvas, view, person, looks, detailed)
-    patches = _patches(view, person, looks, detailed)
-    if patches:
-        corners = fixed(np.concatenate([shape for shape, _ in patches]))
-        ends = np.cumsum([len(shape) for shape, _ in patches]).tolist()
-        for first, last, (_, colour) in zip([0, *ends], ends, patches, strict=False):
-            cv2.fillConvexPoly(canvas, corners[first:last], colour, cv2.LINE_AA, SHIFT)
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One person, ready to fill: polygons in drawing order, and before them shadows (corners in pixels, share of light)."""
+
+    shadows: list[tuple[Floats, float]]
+    patches: list[Patch]
+
+    def draw(self, canvas: Picture) -> None:
+        for ring, share in self.shadows:
+            darken(canvas, ring, share)
+        for corners, colour in self.patches:
+            cv2.fillConvexPoly(canvas, corners, colour, cv2.LINE_AA, SHIFT)
 
 
-def _patches(view: View, person: MovingPerson, looks: Looks, detailed: bool) -> list[Patch]:
-    """Everything to fill, in order: what is behind the torso, torso and head, the near arm."""
-    parts = limbs(person.phase, person.speed_m_s, looks)
-    places = np.array([end for part in parts for end in (part.start_m, part.end_m)] + _trunk(parts))
-    camera = view.to_camera(_in_map(places * looks.scale, person))
-    count = len(parts)
-    radii = np.array([(part.start_radius_m, part.end_radius_m) for part in parts]) * looks.scale
-    ends = camera[: 2 * count].reshape(-1, 2, 3)
-    limb_patches = _limbs(_capsules(view, ends, radii), parts, detailed)
-    depth = ends[:, :, 2].mean(axis=1)
-    torso_m = float(camera[2 * count, 2])
-    behind: list[Patch] = []
-    before: list[Patch] = []
-    for i in np.argsort(-depth).tolist():
-        is_near_arm = i >= count - ARM_PARTS and depth[i] <= torso_m  # legs end under the shirt
-        (before if is_near_arm else behind).extend(limb_patches[i])
-    return behind + _torso_and_head(view, camera[2 * count :], person, looks, detailed) + before
+def figures(view: View, people: Sequence[MovingPerson], looks: Sequence[Looks]) -> list[Figure]:
+    """All people at once. Nothing of one who stands beside or behind the camera's plane; limbs that cross it are left out."""
+    if not people:
+        return []
+    all_parts = [limbs(person.phase, person.speed_m_s, look) for person, look in zip(people, looks, strict=True)]
+    places = np.array([[end for part in parts for end in (part.start_m, part.end_m)] + _trunk(parts) for parts in all_parts])
+    scale = np.array([look.scale for look in looks])
+    camera = view.to_camera(_in_map(places * scale[:, None, None], people))
+    count = len(all_parts[0])
+    ends = camera[:, : 2 * count].reshape(len(people), count, 2, 3)
+    radii = np.array([[(part.start_radius_m, part.end_radius_m) for part in parts] for parts in all_parts]) * scale[:, None, None]
+    outlines, visible = _capsules(view, ends, radii)
+    trunks = _trunks(view, camera[:, 2 * count :], people, scale)
+    shadows = _shadows(view, people, scale)
+    foot_m = view.to_camera([(person.x_m, person.y_m, 0.0) for person in people])[:, 2].tolist()
+    shapes = fixed(outlines), fixed(_lit(outlines))
+    depth = ends[..., 2].mean(axis=2)
+    order = np.argsort(-depth, axis=1).tolist()
+    near_arm = depth <= camera[:, 2 * count, 2:]
+    near_arm[:, : count - ARM_PARTS] = False  # legs end under the shirt
+    result = []
+    for k, look in enumerate(looks):
+        if foot_m[k] < NEAR_M:
+            result.append(Figure([], []))
+            continue
+        detailed = STATURE_M * view.focal_px / foot_m[k] > DETAIL_PX
+        patches = _limb_patches((shapes[0][k], shapes[1][k]), visible[k].tolist(), all_parts[k], detailed)
+        before = near_arm[k].tolist()
+        behind = [patch for i in order[k] if not before[i] for patch in patches[i]]
+        over = [patch for i in order[k] if before[i] for patch in patches[i]]
+        result.append(Figure(shadows[k][: 2 if detailed else 1], behind + trunks.patches(k, look, detailed) + over))
+    return result
 
 
 def _trunk(parts: list[Limb]) -> list[tuple[float, float, float]]:
@@ -179,125 +194,141 @@ def _trunk(parts: list[Limb]) -> list[tuple[float, float, float]]:
     ]
 
 
-def _in_map(places_m: Floats, person: MovingPerson) -> Floats:
-    c, s = cos(person.heading_rad), sin(person.heading_rad)
-    x, y = places_m[:, 0], places_m[:, 1]
-    return np.stack((person.x_m + c * x - s * y, person.y_m + s * x + c * y, places_m[:, 2]), axis=1)
+def _in_map(places_m: Floats, people: Sequence[MovingPerson]) -> Floats:
+    """(people, N, 3) of each one's own frame to the map frame."""
+    foot_x, foot_y, c, s = np.array([(p.x_m, p.y_m, cos(p.heading_rad), sin(p.heading_rad)) for p in people]).T[:, :, None]
+    x, y = places_m[..., 0], places_m[..., 1]
+    return np.stack((foot_x + c * x - s * y, foot_y + s * x + c * y, places_m[..., 2]), axis=-1)
 
 
-def _capsules(view: View, camera_m: Floats, radii_m: Floats) -> Floats:
-    """Outlines (N, 2 * _ROUND, 2) in pixels of limbs (N, 2 ends, 3); NaN for one that reaches behind the near plane."""
-    visible: Flags = camera_m[..., 2].min(axis=1) >= NEAR_M
-    safe = np.where(visible[:, None, None], camera_m, (0.0, 0.0, 1.0))
+def _capsules(view: View, camera_m: Floats, radii_m: Floats) -> tuple[Floats, Flags]:
+    """Outlines (..., 2 * _ROUND, 2) in pixels of limbs (..., 2 ends, 3), and which of them lie before the near plane."""
+    visible: Flags = camera_m[..., 2].min(axis=-1) >= NEAR_M
+    safe = np.where(visible[..., None, None], camera_m, (0.0, 0.0, 1.0))
     pixels = view.to_pixels(safe)
     radii = radii_m * view.focal_px / safe[..., 2]
-    way = pixels[:, 1] - pixels[:, 0]
-    turn = np.arctan2(way[:, 1], way[:, 0])[:, None] + _HALF_TURN
+    way = pixels[..., 1, :] - pixels[..., 0, :]
+    turn = np.arctan2(way[..., 1], way[..., 0])[..., None] + _HALF_TURN
     front = np.stack((np.cos(turn), np.sin(turn)), axis=-1)
-    outline = np.concatenate(
-        (pixels[:, 1, None] + radii[:, 1, None, None] * front, pixels[:, 0, None] - radii[:, 0, None, None] * front), axis=1
-    )
-    outline[~visible] = np.nan
-    return outline
+    tip, tail = (pixels[..., k, None, :] + sign * radii[..., k, None, None] * front for k, sign in ((1, 1.0), (0, -1.0)))
+    return np.concatenate((tip, tail), axis=-2), visible
 
 
-def _limbs(shapes: Floats, parts: list[Limb], detailed: bool) -> list[list[Patch]]:
-    """Per limb its outline in shade and, seen from near, a narrower lit part over it; nothing when not visible."""
-    middle = shapes.mean(axis=1, keepdims=True)
-    aside = (shapes[..., 0].max(axis=1) - shapes[..., 0].min(axis=1))[:, None, None] * (0.08, 0.0)
-    lit = (shapes - middle) * (0.60, 0.92) + middle + aside
-    hidden = np.isnan(shapes[:, 0, 0]).tolist()
+def _lit(outlines: Floats) -> Floats:
+    """Within each outline a narrower one, moved towards the sun."""
+    middle = outlines.mean(axis=-2, keepdims=True)
+    wide = outlines[..., 0].max(axis=-1) - outlines[..., 0].min(axis=-1)
+    lit: Floats = (outlines - middle) * (0.60, 0.92) + middle + wide[..., None, None] * (0.08, 0.0)
+    return lit
+
+
+def _limb_patches(shapes: tuple[Corners, Corners], visible: list[bool], parts: list[Limb], detailed: bool) -> list[list[Patch]]:
+    """Per limb its outline in shade and, seen from near, a lit part over it; nothing when not visible."""
     patches: list[list[Patch]] = []
-    for shape, bright, part, is_hidden in zip(shapes, lit, parts, hidden, strict=True):
-        if is_hidden:
+    for outline, lit, part, is_visible in zip(*shapes, parts, visible, strict=True):
+        if not is_visible:
             patches.append([])
         elif detailed:
-            patches.append([(shape, shaded(part.colour, 0.74)), (bright, part.colour)])
+            patches.append([(outline, shaded(part.colour, 0.74)), (lit, part.colour)])
         else:
-            patches.append([(shape, shaded(part.colour, 0.9))])
+            patches.append([(outline, shaded(part.colour, 0.9))])
     return patches
 
 
-def _torso_and_head(view: View, camera_m: Floats, person: MovingPerson, looks: Looks, detailed: bool) -> list[Patch]:
-    if float(camera_m[:, 2].min()) < NEAR_M:
-        return []
-    pixels = view.to_pixels(camera_m)
-    per_m = (looks.scale * view.focal_px / camera_m[:, 2]).tolist()
-    ahead = (view.axes @ (cos(person.heading_rad), sin(person.heading_rad), 0.0)).tolist()
-    bag = _oval(pixels[5], 0.15 * per_m[5], 0.21 * per_m[5], shaded(looks.trousers, 0.7))
-    neck = _oval(pixels[3], 0.055 * per_m[3], 0.09 * per_m[3], shaded(looks.skin, 0.78))
-    bag_is_behind = ahead[2] < 0.2
-    return [
-        *([bag] if looks.has_bag and bag_is_behind else []),
-        *_torso(pixels, per_m, abs(ahead[2]), looks, detailed),
-        *([bag] if looks.has_bag and not bag_is_behind else []),
-        neck,
-        *_head(pixels[4], per_m[4], ahead, looks, detailed),
-    ]
-
-
 # half widths of chest, waist and hips: seen from the front, from the side
-_BROAD_M = ((0.215, 0.125), (0.165, 0.105), (0.165, 0.12))
-
-
-def _torso(pixels: Floats, per_m: list[float], broad: float, looks: Looks, detailed: bool) -> list[Patch]:
-    """`broad`: 1 seen from the front or from behind, 0 from the side."""
-    (x0, y0), (x1, y1), (x2, y2) = pixels[:3].tolist()
-    w0, w1, w2 = (((b * broad) ** 2 + d * d * (1 - broad * broad)) ** 0.5 * per_m[k] for k, (b, d) in enumerate(_BROAD_M))
-    drop = 0.09 * per_m[0]
-    outline = np.array(
-        [
-            (x0 + 0.55 * w0, y0 - 0.9 * drop),
-            (x0 + 0.92 * w0, y0 - 0.3 * drop),
-            (x0 + w0, y0 + 0.5 * drop),
-            (x1 + w1, y1),
-            (x2 + w2, y2),
-            (x2 - w2, y2),
-            (x1 - w1, y1),
-            (x0 - w0, y0 + 0.5 * drop),
-            (x0 - 0.92 * w0, y0 - 0.3 * drop),
-            (x0 - 0.55 * w0, y0 - 0.9 * drop),
-        ]
-    )
-    if not detailed:
-        return [(outline, shaded(looks.shirt, 0.92))]
-    middle = np.array([(x0 + x2) / 2, (y0 + y2) / 2])
-    lit = (outline - middle) * (0.66, 0.97) + middle + (0.22 * w1, 0.0)
-    return [(outline, shaded(looks.shirt, 0.78)), (lit, looks.shirt)]
-
-
-def _head(middle_px: Floats, per_m: float, ahead: list[float], looks: Looks, detailed: bool) -> list[Patch]:
-    hair = _oval(middle_px - (0.0, 0.022 * per_m), 0.094 * per_m, 0.118 * per_m, looks.hair)
-    if -ahead[2] < -0.5:  # looks away from the camera
-        return [hair]
-    if not detailed:
-        return [hair, _oval(middle_px + (0.0, 0.02 * per_m), 0.075 * per_m, 0.09 * per_m, looks.skin)]
-    face = middle_px + (ahead[0] * 0.035 * per_m, 0.022 * per_m)
-    return [
-        hair,
-        _oval(face, 0.073 * per_m, 0.097 * per_m, shaded(looks.skin, 0.86)),
-        _oval(face + (0.012 * per_m, -0.004 * per_m), 0.056 * per_m, 0.083 * per_m, looks.skin),
-    ]
-
+_BROAD_M = np.array([[0.215, 0.125], [0.165, 0.105], [0.165, 0.12]])
+# right half of the torso from the neck down: which of chest, waist and hips, share of its half width, shares of DROP_M
+_TORSO = ((0, 0.55, -0.9), (0, 0.92, -0.3), (0, 1.0, 0.5), (1, 1.0, 0.0), (2, 1.0, 0.0))
+_TORSO_AT = np.array([part for part, _, _ in _TORSO] + [part for part, _, _ in reversed(_TORSO)])
+_TORSO_WIDE = np.array([wide for _, wide, _ in _TORSO] + [-wide for _, wide, _ in reversed(_TORSO)])
+_TORSO_DOWN = np.array([down for _, _, down in _TORSO] + [down for _, _, down in reversed(_TORSO)])
+DROP_M = 0.09
 
 _CIRCLE = np.stack((np.cos(np.arange(14) * (2 * pi / 14)), np.sin(np.arange(14) * (2 * pi / 14))), axis=1)
+# ovals: which point of the trunk, half width, half height, and how far below that point its middle lies
+_OVALS = {
+    "bag": (5, 0.15, 0.21, 0.0),
+    "neck": (3, 0.055, 0.09, 0.0),
+    "hair": (4, 0.094, 0.118, -0.022),
+    "far face": (4, 0.075, 0.09, 0.02),
+    "face": (4, 0.073, 0.097, 0.022),
+    "lit face": (4, 0.056, 0.083, 0.018),
+}
+_OVAL_AT = np.array([at for at, _, _, _ in _OVALS.values()])
+_OVAL_RADII_M = np.array([(wide, high) for _, wide, high, _ in _OVALS.values()])
+_OVAL_BELOW_M = np.array([below for _, _, _, below in _OVALS.values()])
+_TURNS = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0])  # a face seen from near lies on the side it looks to
+_LIT_ASIDE_M = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.012])
 
 
-def _oval(middle_px: Floats, wide_px: float, high_px: float, colour: Colour) -> Patch:
-    return middle_px + _CIRCLE * (wide_px, high_px), colour
+@dataclass(frozen=True, slots=True)
+class _Trunks:
+    """Torso, head and bag of everybody, in corners."""
+
+    torsos: Corners  # (people, 10, 2)
+    lit_torsos: Corners
+    ovals: Corners  # (people, _OVALS, 14, 2)
+    away: list[float]  # how far each looks away from the camera, 1 to -1
+    visible: list[bool]
+
+    def patches(self, number: int, looks: Looks, detailed: bool) -> list[Patch]:
+        if not self.visible[number]:
+            return []
+        ovals = dict(zip(_OVALS, self.ovals[number], strict=True))
+        away = self.away[number]
+        torso, lit = self.torsos[number], self.lit_torsos[number]
+        body = [(torso, shaded(looks.shirt, 0.78)), (lit, looks.shirt)] if detailed else [(torso, shaded(looks.shirt, 0.92))]
+        bag = [(ovals["bag"], shaded(looks.trousers, 0.7))] if looks.has_bag else []
+        head = [(ovals["neck"], shaded(looks.skin, 0.78)), (ovals["hair"], looks.hair)]
+        if away > 0.5:
+            face = []
+        elif detailed:
+            face = [(ovals["face"], shaded(looks.skin, 0.86)), (ovals["lit face"], looks.skin)]
+        else:
+            face = [(ovals["far face"], looks.skin)]
+        return (bag + body if away < 0.2 else body + bag) + head + face
 
 
-def _shade(canvas: Picture, view: View, person: MovingPerson, looks: Looks, detailed: bool) -> None:
-    """A long shadow on the ground and, seen from near, a darker spot under the feet."""
-    foot = np.array([person.x_m, person.y_m])
-    tip = np.array(shadow_offset_m(STATURE_M * looks.scale))
-    reach = float(np.hypot(tip[0], tip[1]))
-    frame = np.array([tip, (-tip[1], tip[0])]) / reach
-    ovals = [(foot + tip / 2, (reach / 2 + 0.1, 0.2), FULL_SHADE / 255)]
-    if detailed:
-        ovals.append((foot, (0.26, 0.2), 0.30))
-    for middle, radii, share in ovals:
-        ring = np.concatenate((middle + (_CIRCLE * radii) @ frame, np.zeros((len(_CIRCLE), 1))), axis=1)
-        camera = view.to_camera(ring)
-        if float(camera[:, 2].min()) >= NEAR_M:
-            darken(canvas, view.to_pixels(camera), share)
+def _trunks(view: View, camera_m: Floats, people: Sequence[MovingPerson], scale: Floats) -> _Trunks:
+    """`camera_m`: (people, 6, 3), the points of `_trunk`."""
+    visible: Flags = camera_m[..., 2].min(axis=1) >= NEAR_M
+    safe = np.where(visible[:, None, None], camera_m, (0.0, 0.0, 1.0))
+    pixels, per_m = view.to_pixels(safe), scale[:, None] * view.focal_px / safe[..., 2]
+    ahead = np.array([(cos(person.heading_rad), sin(person.heading_rad), 0.0) for person in people]) @ view.axes.T
+    broad = np.abs(ahead[:, 2:])  # 1 seen from the front or from behind, 0 from the side
+    half = np.sqrt((_BROAD_M[:, 0] * broad) ** 2 + _BROAD_M[:, 1] ** 2 * (1 - broad**2)) * per_m[:, :3]
+    torsos = pixels[:, _TORSO_AT]
+    torsos[..., 0] += half[:, _TORSO_AT] * _TORSO_WIDE
+    torsos[..., 1] += DROP_M * per_m[:, :1] * _TORSO_DOWN
+    middle = (pixels[:, :1] + pixels[:, 2:3]) / 2
+    lit = (torsos - middle) * (0.66, 0.97) + middle
+    lit[..., 0] += 0.22 * half[:, 1:2]
+    at, size = pixels[:, _OVAL_AT], per_m[:, _OVAL_AT]
+    at[..., 0] += size * (0.035 * ahead[:, :1] * _TURNS + _LIT_ASIDE_M)
+    at[..., 1] += size * _OVAL_BELOW_M
+    ovals = at[:, :, None] + _CIRCLE * (size[..., None] * _OVAL_RADII_M)[:, :, None]
+    return _Trunks(fixed(torsos), fixed(lit), fixed(ovals), ahead[:, 2].tolist(), visible.tolist())
+
+
+_SHADOW_TIP_M = np.array(shadow_offset_m(STATURE_M))
+_SHADOW_REACH_M = float(np.hypot(_SHADOW_TIP_M[0], _SHADOW_TIP_M[1]))
+_SHADOW_FRAME = np.array([_SHADOW_TIP_M, (-_SHADOW_TIP_M[1], _SHADOW_TIP_M[0])]) / _SHADOW_REACH_M
+_SPOT_M = (_CIRCLE * (0.26, 0.2)) @ _SHADOW_FRAME
+
+
+def _shadows(view: View, people: Sequence[MovingPerson], scale: Floats) -> list[list[tuple[Floats, float]]]:
+    """Per person a long shadow on the ground and, to be drawn seen from near, a darker spot under the feet."""
+    size = scale[:, None, None]
+    along = _CIRCLE * np.concatenate((size * _SHADOW_REACH_M / 2 + 0.1, np.full_like(size, 0.2)), axis=2)
+    rings = np.zeros((len(people), 2, len(_CIRCLE), 3))
+    rings[:, 0, :, :2] = along @ _SHADOW_FRAME + size * _SHADOW_TIP_M / 2
+    rings[:, 1, :, :2] = _SPOT_M
+    rings[..., :2] += np.array([(person.x_m, person.y_m) for person in people])[:, None, None]
+    camera = view.to_camera(rings)
+    visible = (camera[..., 2].min(axis=2) >= NEAR_M).tolist()
+    camera[..., 2] = np.maximum(camera[..., 2], NEAR_M)
+    pixels = view.to_pixels(camera)
+    return [
+        [(ring, share) for ring, share, is_visible in zip(own, (FULL_SHADE / 255, 0.30), seen, strict=True) if is_visible]
+        for own, seen in zip(pixels, visible, strict=True)
+    ]
