@@ -32,6 +32,8 @@ class Bonnet:
         self._solid = np.where(self._picture[..., 3] == 255, 255, 0).astype(np.uint8)
         rim = (self._picture[..., 3] > 0) & (self._picture[..., 3] < 255)
         self._rim = np.nonzero(rim)
+        self._over = self._picture[self._rim].astype(np.uint16)
+        self._rest = 255 - self._over[:, 3:]
 
     def solid_from(self, cell_px: int) -> Numbers:
         """Per `cell_px` columns the row from which on all is bonnet; below the picture when there is none."""
@@ -48,8 +50,7 @@ class Bonnet:
         if not part.size:
             return
         if len(self._rim[0]):
-            over = self._picture[self._rim].astype(np.uint16)
-            part[self._rim] = (over + part[self._rim] * (255 - over[:, 3:]) // 255).astype(np.uint8)
+            part[self._rim] = (self._over + part[self._rim] * self._rest // 255).astype(np.uint8)
         cv2.copyTo(self._picture, self._solid, part)
 
 

@@ -66,8 +66,8 @@ def inside(canvas: Picture, low: Floats, high: Floats) -> tuple[int, int, int, i
 
 def lay(target: Picture, source: Picture) -> None:
     """Premultiplied BGRA over the canvas, in place, same size."""
-    rest = 255 - source[..., 3]
-    cv2.multiply(target, cv2.merge([rest, rest, rest, rest]), dst=target, scale=1 / 255)
+    rest = cv2.bitwise_not(cv2.extractChannel(source, 3))
+    cv2.multiply(target, cv2.cvtColor(rest, cv2.COLOR_GRAY2BGRA), dst=target, scale=1 / 255)
     cv2.add(target, source, dst=target)
 
 
@@ -80,7 +80,7 @@ def darken(canvas: Picture, pixels: Floats, share: float) -> None:
     keep = np.full((y1 - y0, x1 - x0), 255, np.uint8)
     cv2.fillConvexPoly(keep, fixed(pixels - (x0, y0)), (255 * (1 - share),), cv2.LINE_AA, SHIFT)
     part = canvas[y0:y1, x0:x1]
-    cv2.multiply(part, cv2.merge([keep, keep, keep, keep]), dst=part, scale=1 / 255)
+    cv2.multiply(part, cv2.cvtColor(keep, cv2.COLOR_GRAY2BGRA), dst=part, scale=1 / 255)
 
 
 def halvings(picture: Picture, most: int) -> list[Picture]:

@@ -140,18 +140,18 @@ class SimulatedCamera:
         self._lamps.look(view, lamps)
         self._cones.look(view, cones)
         people_m = np.array([(person.x_m, person.y_m, 0.0) for person in world.people]).reshape(-1, 3)
-        people = _ahead(view, people_m)
+        people, cutouts = _ahead(view, people_m), _ahead(view, self._cutouts_m, -CUTOUT_SIZE_M[0])
         groups = (
             (lamps, self._lamps.feet_m, LAMP_SIZE_M),
             (cones, self._cones.feet_m, CONE_SIZE_M),
-            (np.arange(len(self._cutouts)), self._cutouts_m, CUTOUT_SIZE_M),
+            (cutouts, self._cutouts_m, CUTOUT_SIZE_M),
             (people, people_m, PERSON_SIZE_M),
         )
         feet = np.concatenate([places[numbers] for numbers, places, _ in groups])
         sizes = np.concatenate([np.broadcast_to(size, (len(numbers), 2)) for numbers, _, size in groups])
         draws = [partial(self._lamps.draw, canvas, i) for i in lamps.tolist()]
         draws += [partial(self._cones.draw, canvas, i) for i in cones.tolist()]
-        draws += [partial(cutout.draw, canvas, view, world.stamp_ns) for cutout in self._cutouts]
+        draws += [partial(self._cutouts[i].draw, canvas, view, world.stamp_ns) for i in cutouts.tolist()]
         draws += [partial(figure.draw, canvas) for figure in self._figures(view, world, people)]
         items = [_Item(partial(self._trees.draw, canvas, i), self._trees.box(i)) for i in trees.tolist()]
         items += [_Item(draw, box) for draw, box in zip(draws, _boxes(view, feet, sizes), strict=True)]
@@ -178,11 +178,11 @@ def _cutouts(objects: tuple[StaticObject, ...], scenario: Scenario, road: Road) 
     return cutouts
 
 
-def _ahead(view: View, places_m: Floats) -> Numbers:
+def _ahead(view: View, places_m: Floats, nearest_m: float = 0.1) -> Numbers:
     """Numbers of the places (N, 3) in front of the camera and not far outside its angle of view."""
     camera = view.to_camera(places_m)
-    wide = view.width_px / 2 / view.focal_px
-    return np.flatnonzero((camera[:, 2] > 0.1) & (np.abs(camera[:, 0]) < camera[:, 2] * wide + 2.5))
+    wide = np.maximum(camera[:, 2], 0.0) * (view.width_px / 2 / view.focal_px) + 2.5
+    return np.flatnonzero((camera[:, 2] > nearest_m) & (np.abs(camera[:, 0]) < wide))
 
 
 def _boxes(view: View, feet_m: Floats, sizes_m: Floats) -> list[Box | None]:

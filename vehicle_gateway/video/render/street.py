@@ -45,6 +45,8 @@ class Cones:
 
     def look(self, view: View, numbers: Numbers) -> None:
         """Transform those named. Call before `draw`."""
+        if not len(numbers):
+            return
         feet = self.feet_m[numbers]
         towards = (view.position_m - feet) * (1.0, 1.0, 0.0)
         towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-6)
@@ -77,45 +79,51 @@ def _pixels(view: View, points_m: Floats) -> Corners:
 ARM_M, ARM_RISE_M = 1.5, 0.25
 
 
+def _post(top_m: float, foot_half_m: float, top_half_m: float) -> list[tuple[float, float, float]]:
+    return [(0.0, 0.0, -foot_half_m), (0.0, 0.0, foot_half_m), (0.0, top_m, top_half_m), (0.0, top_m, -top_half_m)]
+
+
+_END_M = LAMP_HEIGHT_M + ARM_RISE_M
+# corners of the shapes of a lamp: along its arm, up from its foot, to the right in the picture
+_SHAPES_M = np.array(
+    [
+        _post(LAMP_HEIGHT_M, 0.075, 0.045),
+        _post(LAMP_HEIGHT_M, 0.030, 0.018),
+        _post(0.7, 0.11, 0.10),
+        [
+            (0.0, LAMP_HEIGHT_M - 0.035, 0.0),
+            (0.0, LAMP_HEIGHT_M + 0.035, 0.0),
+            (ARM_M, _END_M + 0.03, 0.0),
+            (ARM_M, _END_M - 0.03, 0.0),
+        ],
+        [
+            (ARM_M - 0.1, _END_M + 0.05, 0.0),
+            (ARM_M + 0.6, _END_M + 0.09, 0.0),
+            (ARM_M + 0.6, _END_M - 0.01, 0.0),
+            (ARM_M - 0.1, _END_M - 0.05, 0.0),
+        ],
+    ]
+)
+_ALONG_M, _UP_M, _RIGHT_M = (_SHAPES_M[..., k, None] for k in range(3))
+
+
 class Lamps:
     """Each: post, its lit side, base, arm, head."""
 
     def __init__(self, lamps: tuple[Lamp, ...]) -> None:
         self.feet_m = np.array([(lamp.x_m, lamp.y_m, 0.0) for lamp in lamps]).reshape(-1, 3)
-        self._arms = np.array([(cos(lamp.towards_road_rad), sin(lamp.towards_road_rad), 0.0) for lamp in lamps]).reshape(-1, 3)
+        arms = np.array([(cos(lamp.towards_road_rad), sin(lamp.towards_road_rad), 0.0) for lamp in lamps]).reshape(-1, 3)
+        self._middles_m = self.feet_m[:, None, None] + arms[:, None, None] * _ALONG_M + np.array([0.0, 0.0, 1.0]) * _UP_M
         self._px: Corners = np.zeros((0, 5, 4, 2), np.int32)
 
     def look(self, view: View, numbers: Numbers) -> None:
         """Transform those named. Call before `draw`."""
-        feet, arms = self.feet_m[numbers], self._arms[numbers]
-        right = np.broadcast_to(view.axes[0] * (1.0, 1.0, 0.0), feet.shape)
-        up = np.array([0.0, 0.0, 1.0])
-        top, end = feet + LAMP_HEIGHT_M * up, feet + ARM_M * arms + (LAMP_HEIGHT_M + ARM_RISE_M) * up
-        shapes = [
-            _strip(feet, top, right, 0.075, 0.045),
-            _strip(feet, top, right, 0.030, 0.018),
-            _strip(feet, feet + 0.7 * up, right, 0.11, 0.10),
-            _strip(top, end, np.broadcast_to(up, feet.shape), 0.035, 0.03),
-            np.stack(
-                (
-                    end - 0.1 * arms + 0.05 * up,
-                    end + 0.6 * arms + 0.09 * up,
-                    end + 0.6 * arms - 0.01 * up,
-                    end - 0.1 * arms - 0.05 * up,
-                ),
-                axis=1,
-            ),
-        ]
+        if not len(numbers):
+            return
+        right = view.axes[0] * (1.0, 1.0, 0.0)
         self._px = np.zeros((len(self.feet_m), 5, 4, 2), np.int32)
-        self._px[numbers] = _pixels(view, np.stack(shapes, axis=1))
+        self._px[numbers] = _pixels(view, self._middles_m[numbers] + right * _RIGHT_M)
 
     def draw(self, canvas: Picture, number: int) -> None:
         for shape, light in zip(self._px[number], (0.62, 0.95, 0.52, 0.6, 0.8), strict=True):
             _fill(canvas, shape, shaded(STEEL, light))
-
-
-def _strip(low_m: Floats, high_m: Floats, across: Floats, low_half_m: float, high_half_m: float) -> Floats:
-    return np.stack(
-        (low_m - across * low_half_m, low_m + across * low_half_m, high_m + across * high_half_m, high_m - across * high_half_m),
-        axis=1,
-    )

@@ -14,6 +14,7 @@ SIZE_PX = 448  # of a tree's picture, both ways
 WIDTH_SHARE = 0.78  # a tree is this much as wide as high
 HALVED = 6
 SMALLEST_PX = 5.0  # a tree lower than this is left out
+LIT_FROM_PX = 40.0  # the trunk of a lower crown has no lit side: it would be about a pixel wide
 HEAPS, LEAVES_PER_STEP = 46, 26
 _BARK, _BARK_LIT = (52.0, 66.0, 80.0, 255.0), (70.0, 88.0, 104.0, 255.0)
 _LEAF = np.array([np.stack((np.cos(np.arange(5) * 1.2566 + a), 0.7 * np.sin(np.arange(5) * 1.2566 + a)), axis=1) for a in range(6)])
@@ -25,6 +26,7 @@ class Trees:
         random = np.random.default_rng(seed + 2)
         self._crowns = [_cropped(_paint(kind, random)) for kind in range(KINDS_OF_TREE)]
         self._kinds = np.array([tree.kind for tree in trees], dtype=np.int64)
+        self._extents = np.array([crown.extent for crown in self._crowns]).reshape(-1, 4)[self._kinds]
         self.feet_m = np.array([(tree.x_m, tree.y_m, 0.0) for tree in trees]).reshape(-1, 3)
         self._tops_m = np.array([(tree.x_m, tree.y_m, tree.height_m) for tree in trees]).reshape(-1, 3)
         self._low: Floats = np.zeros((0, 2))
@@ -37,7 +39,7 @@ class Trees:
         ahead = (feet[:, 2] > 2 * NEAR_M) & (tops[:, 2] > 2 * NEAR_M)
         foot, top = (view.to_pixels(np.where(ahead[:, None], p, (0.0, 0.0, 1.0))) for p in (feet, tops))
         size = np.linalg.norm(foot - top, axis=1)[:, None]
-        extent = np.array([crown.extent for crown in self._crowns]).reshape(-1, 4)[self._kinds]
+        extent = self._extents
         middle = foot + (top - foot) * (1 - extent[:, 1::2].mean(axis=1, keepdims=True))
         wide, high = (extent[:, 2] - extent[:, 0])[:, None] * WIDTH_SHARE, (extent[:, 3] - extent[:, 1])[:, None]
         aside = ((extent[:, 0] + extent[:, 2])[:, None] / 2 - 0.5) * WIDTH_SHARE * size * (1.0, 0.0)
@@ -53,8 +55,10 @@ class Trees:
         return max(0, int(u0)), int(v0), max(0, int(u1) + 1), int(v1) + 1
 
     def draw(self, canvas: Picture, number: int) -> None:
-        for shape, colour in zip(self._trunks[number], (_BARK, _BARK_LIT), strict=True):
-            cv2.fillConvexPoly(canvas, shape, colour, cv2.LINE_AA, SHIFT)
+        trunk, lit = self._trunks[number]
+        cv2.fillConvexPoly(canvas, trunk, _BARK, cv2.LINE_AA, SHIFT)
+        if self._high[number, 1] - self._low[number, 1] > LIT_FROM_PX:
+            cv2.fillConvexPoly(canvas, lit, _BARK_LIT, cv2.LINE_AA, SHIFT)
         stamp(canvas, self._crowns[self._kinds[number]].copies, self._low[number], self._high[number])
 
 
