@@ -26,6 +26,20 @@ _STRIPS = ((0, 2, 1.0), (2, 4, 1.10), (4, 6, 0.94), (6, 8, 0.74))  # first and l
 DETAIL_PX = 9.0  # a cone narrower than this is drawn in one colour across
 
 
+def _strips(strips: tuple[tuple[int, int, float], ...]) -> tuple[Numbers, list[Colour]]:
+    """Of every polygon of a cone's body its corners, as numbers of points counted slice by slice, and its colour."""
+    points, colours = [], []
+    for k, (_, colour) in enumerate(_SLICES[:-1]):
+        low, high = k * len(_ARC), (k + 1) * len(_ARC)
+        for a, b, light in strips:
+            points.append([*range(low + a, low + b + 1), *range(high + b, high + a - 1, -1)])
+            colours.append(shaded(colour, light))
+    return np.array(points), colours
+
+
+_DETAILED, _PLAIN = _strips(_STRIPS), _strips(((0, 8, 1.0),))
+
+
 def _fill(canvas: Picture, corners: Corners, colour: Colour) -> None:
     cv2.fillConvexPoly(canvas, corners, colour, cv2.LINE_AA, SHIFT)
 
@@ -64,9 +78,9 @@ class Cones:
         _fill(canvas, plates[0], shaded(PLATE, 0.65))
         _fill(canvas, plates[1], PLATE)
         width = abs(int(rings[0, -1, 0]) - int(rings[0, 0, 0])) >> SHIFT
-        for low, high, (_, colour) in zip(rings[:-1], rings[1:], _SLICES, strict=False):
-            for a, b, light in _STRIPS if width > DETAIL_PX else ((0, 8, 1.0),):
-                _fill(canvas, np.concatenate((low[a : b + 1], high[b : a - 1 if a else None : -1])), shaded(colour, light))
+        points, strips = _DETAILED if width > DETAIL_PX else _PLAIN
+        for corners, colour in zip(rings.reshape(-1, 2)[points], strips, strict=True):
+            _fill(canvas, corners, colour)
 
 
 def _pixels(view: View, points_m: Floats) -> Corners:
