@@ -93,9 +93,9 @@ def halvings(picture: Picture, most: int) -> list[Picture]:
     return copies
 
 
-def stamp(canvas: Picture, copies: list[Picture], low: Floats, high: Floats) -> None:
-    """A premultiplied picture with its halved copies, stretched over the pixel rectangle low..high."""
-    (u0, v0), (u1, v1) = low.tolist(), high.tolist()
+def stamp(canvas: Picture, copies: list[Picture], rectangle_px: tuple[float, float, float, float]) -> None:
+    """A premultiplied picture with its halved copies, stretched over a rectangle (left, top, right, bottom)."""
+    u0, v0, u1, v1 = rectangle_px
     height, width = canvas.shape[:2]
     x0, y0, x1, y1 = max(0, int(u0)), max(0, int(v0)), min(width, int(u1) + 1), min(height, int(v1) + 1)
     if x0 >= x1 or y0 >= y1 or v1 - v0 < 1.0:

@@ -162,7 +162,7 @@ class SimulatedCamera:
         return figures(view, [world.people[i] for i in named], [self._looks[i % len(self._looks)] for i in named])
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)  # not frozen: made a hundred times a picture, and a frozen one takes three times as long to make
 class _Item:
     draw: Callable[[], None]
     box: Box | None = None  # where it lies, when it is worth asking whether walls cover it

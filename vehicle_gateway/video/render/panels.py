@@ -30,7 +30,7 @@ class Panel:
     columns: int  # of the texture, from its left edge, that the panel shows
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)  # not frozen: made dozens of times a picture, and a frozen one takes three times as long to make
 class Job:
     """One call to OpenCV: a texture, the way from the canvas to it, the part of the canvas, and what it covers."""
 

@@ -29,8 +29,7 @@ class Trees:
         self._extents = np.array([crown.extent for crown in self._crowns]).reshape(-1, 4)[self._kinds]
         self.feet_m = np.array([(tree.x_m, tree.y_m, 0.0) for tree in trees]).reshape(-1, 3)
         self._tops_m = np.array([(tree.x_m, tree.y_m, tree.height_m) for tree in trees]).reshape(-1, 3)
-        self._low: Floats = np.zeros((0, 2))
-        self._high: Floats = np.zeros((0, 2))
+        self._crowns_px: list[tuple[float, float, float, float]] = []  # left, top, right, bottom
         self._trunks: Corners = np.zeros((0, 2, 4, 2), np.int32)
 
     def look(self, view: View) -> Numbers:
@@ -44,22 +43,24 @@ class Trees:
         wide, high = (extent[:, 2] - extent[:, 0])[:, None] * WIDTH_SHARE, (extent[:, 3] - extent[:, 1])[:, None]
         aside = ((extent[:, 0] + extent[:, 2])[:, None] / 2 - 0.5) * WIDTH_SHARE * size * (1.0, 0.0)
         half = np.concatenate((wide, high), axis=1) * size / 2
-        self._low, self._high = middle + aside - half, middle + aside + half
+        low, high = middle + aside - half, middle + aside + half
+        self._crowns_px = [(u0, v0, u1, v1) for u0, v0, u1, v1 in np.concatenate((low, high), axis=1).tolist()]
         self._trunks = fixed(_trunks(foot, top))
-        inside = (self._high[:, 0] > 0) & (self._low[:, 0] < view.width_px) & (foot[:, 1] > 0)
+        inside = (high[:, 0] > 0) & (low[:, 0] < view.width_px) & (foot[:, 1] > 0)
         return np.flatnonzero(ahead & inside & (size[:, 0] > SMALLEST_PX))
 
     def box(self, number: int) -> Box:
         """The part of the canvas a crown lies in; rows may lie outside."""
-        (u0, v0), (u1, v1) = self._low[number].tolist(), self._high[number].tolist()
+        u0, v0, u1, v1 = self._crowns_px[number]
         return max(0, int(u0)), int(v0), max(0, int(u1) + 1), int(v1) + 1
 
     def draw(self, canvas: Picture, number: int) -> None:
         trunk, lit = self._trunks[number]
         cv2.fillConvexPoly(canvas, trunk, _BARK, cv2.LINE_AA, SHIFT)
-        if self._high[number, 1] - self._low[number, 1] > LIT_FROM_PX:
+        crown_px = self._crowns_px[number]
+        if crown_px[3] - crown_px[1] > LIT_FROM_PX:
             cv2.fillConvexPoly(canvas, lit, _BARK_LIT, cv2.LINE_AA, SHIFT)
-        stamp(canvas, self._crowns[self._kinds[number]].copies, self._low[number], self._high[number])
+        stamp(canvas, self._crowns[self._kinds[number]].copies, crown_px)
 
 
 @dataclass(frozen=True, slots=True)
