@@ -307,6 +307,16 @@ def test_a_person_crossing_changes_the_picture_exactly_where_the_person_is() -> 
     assert columns.min() > u - 0.5 * tall and columns.max() < u + 0.5 * tall
 
 
+def test_people_computed_together_look_as_each_does_alone() -> None:
+    scene = Scene()
+    pose = pose_at(scene.road, PAST_SITE_M, -1.75)
+    near, far = (person_at(*scene.road.to_world(station, offset)[:2], 1.9) for station, offset in ((46.0, -2.0), (58.0, 3.0)))
+    empty, first, second, both = (camera_of(scene).render(world(pose, people)) for people in ((), (near,), (far,), (near, far)))
+    changed = [(picture != empty).any(axis=2) for picture in (first, second)]
+    assert changed[0].any() and changed[1].any() and not (changed[0] & changed[1]).any()
+    assert np.array_equal(both, np.where(changed[1][..., None], second, first))
+
+
 def test_a_person_behind_the_car_is_not_in_the_picture() -> None:
     scene = Scene()
     pose = pose_at(scene.road, PAST_SITE_M, -1.75)

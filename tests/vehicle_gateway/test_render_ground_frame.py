@@ -73,3 +73,21 @@ def test_a_reduced_copy_holds_the_mean_of_what_it_stands_for() -> None:
     texture[::2] = 200  # every other row: the finest pattern there is
     _, _, copy = Reduced(texture).pick(8.0, 1.0)
     assert copy.min() == copy.max() == 100
+
+
+def test_a_place_in_the_picture_of_all_copies_holds_the_texel_of_the_copy() -> None:
+    texture = np.random.default_rng(4).integers(0, 255, (96, 64, 4), dtype=np.uint8)
+    reduced = Reduced(texture)
+    for along, across in ((1.0, 1.0), (2.0, 1.0), (4.0, 4.0), (8.0, 2.0)):
+        i, j, copy = reduced.pick(along, across)
+        rows, columns = (np.arange(copy.shape[0]) + 0.5) * 2**i, (np.arange(copy.shape[1]) + 0.5) * 2**j
+        grid = np.meshgrid(rows, columns, indexing="ij")
+        x, y = reduced.places(grid[0], grid[1], np.array([(i, j)] * len(rows)))
+        assert np.array_equal(reduced.all_copies[y.astype(int), x.astype(int)], copy)
+
+
+def test_a_place_beyond_the_texture_is_its_edge_never_the_copy_beside_it() -> None:
+    reduced = Reduced(np.zeros((96, 64, 4), np.uint8))
+    ends = np.array([[-50.0, 500.0]])
+    x, y = reduced.places(ends, ends, np.array([(1, 1)]))
+    assert x.tolist() == [[64.0, 95.0]] and y.tolist() == [[96.0, 143.0]]  # beside the full columns, below the full rows
