@@ -28,6 +28,7 @@ End = Callable[[], None]
 Hurt = Callable[[WarmRig], End]
 PICTURE_AND_COMMAND_MS = 500.0  # the command's limit is the longer one of the two
 HOUR_S = 3600
+SLOW_WRITE_S = 1.0  # each write of the recorder
 LOOP_MS = 2500.0  # a slow loop: the p95 of a second above its limit, for one second more, and half a second of itself
 
 
@@ -110,6 +111,11 @@ def disk_refuses(rig: WarmRig) -> End:
     return end
 
 
+def disk_slow(rig: WarmRig) -> End:
+    rig.disk.delay_s = SLOW_WRITE_S
+    return nothing
+
+
 def clock_steps(rig: WarmRig) -> End:
     """The operator's computer starts again, and its clock is an hour on."""
     rig.sites.tower.clock_s += HOUR_S
@@ -152,9 +158,12 @@ KINDS: tuple[Kind, ...] = (
     Kind("ecu-stalls", "ECU stands still for 300 ms", Fate.STANDS, stops(Mode.REMOTE, "ecu"), stalled("ecu", 0.3)),
     Kind("autonomy-stalls", "automation stands still for 300 ms", Fate.GOES_ON, None, stalled("autonomy", 0.3)),
     Kind("disk-refuses", "the disk takes no more of the recording", Fate.GOES_ON, None, disk_refuses),
+    Kind("disk-slow", "each write of the recording takes a second", Fate.GOES_ON, None, disk_slow, 5.0),
     Kind("loss-2", "2 % of the packets lost", Fate.GOES_ON, None, way(Impairment(loss=0.02, delay_ms=20.0, jitter_ms=3.0))),
     Kind("loss-20", "20 % lost", Fate.SAFE, _LOOP, way(Impairment(loss=0.2, delay_ms=20.0)), 6.0),
-    Kind("delay-80", "80 ms each way", Fate.GOES_ON, None, way(Impairment(delay_ms=80.0)), 5.0),
+    Kind("delay-40", "40 ms each way", Fate.GOES_ON, None, way(Impairment(delay_ms=40.0)), 5.0),
+    # as it begins, pictures and what is told of them come 160 ms apart, and a picture's own 50 ms: at the limit of 200 ms
+    Kind("delay-80", "80 ms each way", Fate.SAFE, _PICTURE, way(Impairment(delay_ms=80.0)), 5.0),
     Kind("delay-400", "400 ms each way", Fate.STANDS, _LOOP, way(Impairment(delay_ms=400.0)), 8.0),
     Kind("jitter", "20 to 80 ms each way", Fate.SAFE, _LOOP, way(Impairment(delay_ms=20.0, jitter_ms=60.0)), 5.0),
     Kind("doubled", "one packet in five comes twice", Fate.GOES_ON, None, way(Impairment(delay_ms=20.0, duplicate=0.2))),

@@ -26,7 +26,7 @@ from benchmarks.fault_table import present_commit
 from benchmarks.mode_faults import recording_is_whole
 from benchmarks.rig import RigError
 from benchmarks.two_machines import missing
-from benchmarks.warm_rig import STANDSTILL_M_S, WarmRig, pause, said, warm_rig
+from benchmarks.warm_rig import DISK, STANDSTILL_M_S, WarmRig, pause, said, warm_rig
 from tower.demo.aftermath import make_whole
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
@@ -142,14 +142,14 @@ def series(todo: list[tuple[Kind, int]]) -> Iterator[Shot]:
             if not shots and todo:
                 kind, number = todo.pop(0)
                 shots.append(Shot(kind=kind.name, number=number, text="the rig did not come to it", commit=present_commit()))
-        whole = repaired(Path(place) / "car")
+        whole = repaired(Path(place) / "car" / DISK)
         if not all(shot.held for shot in shots):
             _keep(Path(place) / "car", EVIDENCE / time.strftime("%H-%M-%S"))
     yield from (replace(shot, recording=whole, held=shot.held and whole) for shot in shots)
 
 
 def repaired(folder: Path) -> bool:
-    """Whether the car's folder holds a recording that opens, after repairing what a killed recorder left."""
+    """Whether the recorder's folder holds a recording that opens, after repairing what a killed recorder left."""
     make_whole(folder, Console())
     return recording_is_whole(folder)
 

@@ -1,11 +1,12 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-from benchmarks import cycle, endurance, gate_replay, lateness, recorder, video, wheel_to_can, window_draw
+from benchmarks import cycle, endurance, gate_replay, lateness, reaction, recorder, video, wheel_to_can, window_draw
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
     cycle.NAME: cycle.figures,
     wheel_to_can.NAME: wheel_to_can.figures,
+    reaction.NAME: reaction.figures,
     video.NAME: video.figures,
     recorder.NAME: recorder.figures,
     lateness.NAME: lateness.figures,

@@ -85,11 +85,12 @@ class Machine:
             cwd=self.folder,
         )
 
-    def start(self, name: str, program: str, *arguments: str) -> Program:
+    def start(self, name: str, program: str, *arguments: str, config: Path | None = None) -> Program:
+        """config: in place of the machine's."""
         log = self.folder / f"{name}.log"
         with log.open("ab") as stream:
             process = subprocess.Popen(
-                self.command(program, *arguments, "--config", str(self.config)),
+                self.command(program, *arguments, "--config", str(config or self.config)),
                 stdout=stream,
                 stderr=stream,
                 stdin=subprocess.DEVNULL,

@@ -19,6 +19,7 @@ import tomli_w
 
 from benchmarks.bad_way import BadWay, bad_way
 from benchmarks.rig import RigError, read_referee
+from benchmarks.slow_disk import Disk, slow_disk
 from benchmarks.two_machines import CAR_ADDRESS, Listener, Machine, Sites, two_machines
 from wire.configuration import read_tables
 from wire.messages.sensing import Referee
@@ -29,6 +30,7 @@ ROAD_M = 1500.0  # some forty faults of 30 m each
 SPEED_MIN_M_S = 2.5  # the fault comes while the car really drives
 DRIVEN_S = 1.0  # and the operator has had it for so long
 STANDSTILL_M_S = 0.05
+RECORDER, DISK, MOUNTED = "recorder.toml", "disk", "recorded"  # in the car's folder: its configuration, and where its files lie
 STOPS_MAX = 20  # the most that may be configured: of ten minutes; then a rig is made anew
 CAR = {
     "simulate": ("vehicle-gateway", "simulate"),
@@ -61,6 +63,7 @@ class WarmRig:
     way: BadWay
     car: Listener
     tower: Listener  # what the operator's window is told
+    disk: Disk  # of the recorder
     hurt_names: set[str] = field(default_factory=set)
 
     def machine(self, name: str) -> Machine:
@@ -74,11 +77,12 @@ class WarmRig:
         os.kill(self.pid(name), how)
 
     def start(self, name: str) -> None:
-        self.machine(name).start(name, *(CAR | TOWER)[name])
+        _start(self.machine(name), name)
 
     def heal(self) -> None:
-        """Everything runs and the way is perfect."""
+        """Everything runs, the way is perfect and the disk is quick."""
         self.way.be()
+        self.disk.delay_s = 0.0
         for name in self.hurt_names:
             program = self.machine(name).running[name]
             if program.process.poll() is None:
@@ -125,13 +129,21 @@ def warm_rig(folder: Path) -> Iterator[WarmRig]:
         if not isinstance(way, BadWay):
             raise RigError("the rig has no bad way")
         _configure(sites)
-        for name, (program, *arguments) in CAR.items():
-            sites.car.start(name, program, *arguments)
+        try:
+            disk = stack.enter_context(slow_disk(sites.car.folder / DISK, sites.car.folder / MOUNTED))
+        except OSError as error:
+            raise RigError(f"no slow disk: {error}") from None
+        for name in CAR:
+            _start(sites.car, name)
         car = stack.enter_context(Listener(sites.car, "gateway_status", "vehicle_state", "drive_command"))
-        for name, (program, *arguments) in TOWER.items():
-            sites.tower.start(name, program, *arguments)
+        for name in TOWER:
+            _start(sites.tower, name)
         tower = stack.enter_context(Listener(sites.tower, "gateway_status", "window_status", tower=True))
-        yield WarmRig(sites, way, car, tower)
+        yield WarmRig(sites, way, car, tower, disk)
+
+
+def _start(machine: Machine, name: str) -> None:
+    machine.start(name, *(CAR | TOWER)[name], config=machine.folder / RECORDER if name == "recorder" else None)
 
 
 @contextmanager
@@ -154,6 +166,9 @@ def _configure(sites: Sites) -> None:
             tables["autonomy"]["map"] = tables["vehicle_gateway"]["map"] = str(machine.folder.parent / "long.toml")
             limits = tables["vehicle_gateway"].setdefault("limits", {})
             limits.setdefault("hand_over", {})["stops_max"] = STOPS_MAX
+            own = {"folder": str(machine.folder / MOUNTED), "name": machine.folder.name}
+            recorder = tables | {"wire": tables["wire"] | {"session": own}}
+            (machine.folder / RECORDER).write_bytes(tomli_w.dumps(recorder).encode())
         else:
             tables["wire"]["link"].update(vehicle_id="car-1", connect=[PLACE])
             tables["wire"]["session"] = {"folder": str(machine.folder), "name": machine.folder.name}

@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import monotonic, monotonic_ns
 
@@ -28,10 +28,11 @@ from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.latest import Latest
 from wire.link import Link, open_link
 from wire.messages.operating import WindowStatus
 from wire.messages.sensing import CameraStatus
-from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
+from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription, VehicleState
 from wire.settings import PaceSettings, WireSettings
 from wire.topics import Role
 
@@ -43,6 +44,7 @@ PATIENCE_S = 20.0  # until the operator drives
 LOST_S = 0.5  # an event that has not arrived by then is lost
 PICTURE_AGE_NS = 60_000_000
 STEP_COUNTS = 60  # of the axis: 0.2 deg of a real wheel, 1 mrad at the road wheels
+BRAKES_M_S2 = -0.7  # more than a released throttle, engine braking of 0.5
 STOPWATCH_PRIORITY = 20  # of the thread that takes the time: the same in both cases
 RELAY = "import socket,sys\ns=socket.socket(socket.AF_INET,socket.SOCK_DGRAM)\ns.bind(('127.0.0.1',int(sys.argv[1])))\n" + (
     "while True:\n d,a=s.recvfrom(64)\n s.sendto(d,a)"
@@ -61,18 +63,25 @@ def figures() -> Iterator[Figure]:
 
 def measure(folder: Path, fifo_priority: int) -> tuple[list[float], list[float]]:
     """Milliseconds of every event and of every datagram. Raises RigError when the operator does not come to drive."""
+    with driven(folder, fifo_priority) as (bench, _, _):
+        return bench.events()
+
+
+@contextmanager
+def driven(folder: Path, fifo_priority: int) -> Iterator[tuple["Bench", Path, int]]:
+    """The session with the operator driving, its configuration, and the cockpit's process id. Raises RigError."""
     config = session(folder, fifo_priority, device="keyboard")
     wheel_port, relay_port = free_udp_ports(2)
     commands = (
+        (sys.executable, "-m", "benchmarks.datagram_wheel", str(config), str(wheel_port)),
         program("vehicle-gateway", "run", "--config", str(config)),
         program("vehicle-gateway", "simulate", "--config", str(config)),
         program("vehicle-gateway", "ecu", "--config", str(config)),
-        (sys.executable, "-m", "benchmarks.datagram_wheel", str(config), str(wheel_port)),
         (sys.executable, "-c", RELAY, str(relay_port)),
     )
-    with running(folder, *commands), Bench(config, wheel_port, relay_port) as bench:
+    with running(folder, *commands) as (cockpit, *_), Bench(config, wheel_port, relay_port) as bench:
         bench.take_the_wheel()
-        return bench.events()
+        yield bench, config, cockpit.pid
 
 
 class Bench:
@@ -88,8 +97,9 @@ class Bench:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.settimeout(LOST_S)
         self._commands = CommandState()
+        self.braked_ns, self._asked_m_s2 = 0, 0.0
         self._angle_rad, self._changed_ns, self._changed = 0.0, 0, threading.Event()
-        self._status: GatewayStatus | None = None
+        self.status: GatewayStatus | None = None
         self._stop, self._stack = threading.Event(), ExitStack()
 
     def __enter__(self) -> "Bench":
@@ -98,7 +108,8 @@ class Bench:
         links = [
             self._stack.enter_context(open_link(self._link_settings, role, clock, self._stop)) for role in (Role.VIDEO, Role.WINDOW)
         ]
-        links[1].on("gateway_status", lambda status, _: setattr(self, "_status", status))
+        self.state: Latest[VehicleState] = links[1].level("vehicle_state")
+        links[1].on("gateway_status", lambda status, _: setattr(self, "status", status))
         thread = threading.Thread(target=self._tell, args=links, daemon=True)
         thread.start()
         self._stack.callback(thread.join)
@@ -127,11 +138,14 @@ class Bench:
     def _on_frame(self, frame: Frame, received_ns: int) -> None:
         self._commands, _ = decode_command(self._commands, frame)
         command = self._commands.command
+        if command is not None and command.acceleration_m_s2 < BRAKES_M_S2 <= self._asked_m_s2:
+            self.braked_ns = received_ns
+        self._asked_m_s2 = command.acceleration_m_s2 if command is not None else self._asked_m_s2
         if command is not None and command.road_wheel_angle_rad != self._angle_rad:
             self._angle_rad, self._changed_ns = command.road_wheel_angle_rad, received_ns
             self._changed.set()
 
-    def _inject(self, **readings: float) -> int:
+    def inject(self, **readings: float) -> int:
         """Send what the device would report; when."""
         sent_ns = monotonic_ns()
         self._socket.sendto(json.dumps([sent_ns, list(readings.items())]).encode(), self._wheel)
@@ -139,25 +153,29 @@ class Bench:
 
     def take_the_wheel(self) -> None:
         """Pedals released, the rim in the middle, the dead-man held, a press: until the car says that the operator drives."""
-        self._wait(lambda: self._status is not None, "the gateway to speak")
+        self.wait(lambda: self.status is not None, "the gateway to speak")
         middle = (PROFILE.steering.left + PROFILE.steering.right) / 2
         pedals = {PROFILE.throttle.axis: PROFILE.throttle.released, PROFILE.brake.axis: PROFILE.brake.released}
-        self._inject(**{PROFILE.steering.axis: middle, **pedals, BUTTON["dead_man"]: 1.0})
+        self.inject(**{PROFILE.steering.axis: middle, **pedals, BUTTON["dead_man"]: 1.0})
 
         def pressed() -> bool:
-            self._inject(**{BUTTON["accept"]: 1.0})
+            self.inject(**{BUTTON["accept"]: 1.0})
             self._stop.wait(0.1)
-            self._inject(**{BUTTON["accept"]: 0.0})
-            return self._status is not None and self._status.mode is Mode.REMOTE
+            self.inject(**{BUTTON["accept"]: 0.0})
+            return self.status is not None and self.status.mode is Mode.REMOTE
 
-        self._wait(pressed, "the operator to drive")
-        self._stop.wait(3.0)  # smaller steps while control changes hands, and what is left of a misalignment is blended out
+        self.wait(pressed, "the operator to drive")
+        self.pause(3.0)  # smaller steps while control changes hands, and what is left of a misalignment is blended out
 
-    def _wait(self, done: Callable[[], bool], what: str) -> None:
+    def pause(self, seconds: float) -> None:
+        self._stop.wait(seconds)
+
+    def wait(self, done: Callable[[], bool], what: str) -> None:
+        """Raises RigError after a while."""
         until = monotonic() + PATIENCE_S
         while not done():
             if monotonic() > until:
-                status = self._status
+                status = self.status
                 raise RigError(f"waited {PATIENCE_S:g} s for {what}: {status and (status.mode, status.cause, status.take_refused)}")
             self._stop.wait(0.1)
 
@@ -167,7 +185,7 @@ class Bench:
         for number in range(EVENTS):
             self._stop.wait(pauses.uniform(*PAUSE_S))
             self._changed.clear()
-            sent_ns = self._inject(**{PROFILE.steering.axis: middle + STEP_COUNTS * ((number + 1) % 2)})
+            sent_ns = self.inject(**{PROFILE.steering.axis: middle + STEP_COUNTS * ((number + 1) % 2)})
             if not self._changed.wait(LOST_S):
                 raise RigError(f"event {number} did not reach the bus within {LOST_S:g} s")
             events_ms.append((self._changed_ns - sent_ns) / 1e6)

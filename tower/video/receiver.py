@@ -20,7 +20,7 @@ from aiortc.mediastreams import MediaStreamError
 from av import VideoFrame
 from numpy.typing import NDArray
 
-from tower.video.connection import receiving_connection, take_answer, user_data
+from tower.video.connection import Missing, ask_again, receiving_connection, take_answer, user_data
 from tower.video.continuity import Continuity, follow
 from tower.video.convert import Part, to_bgra
 from tower.video.reconnect import Session, Step, asked, delivered, next_step
@@ -32,7 +32,7 @@ from wire.messages.session import VideoOffer
 from wire.stamp import read_stamp
 
 log = logging.getLogger(__name__)
-_LOOK_S = 0.05  # how often the session is looked at
+_LOOK_S = 0.03  # how often the session is looked at, and packets that are still missing are asked for again
 _ASK_TIMEOUT_S = 2.0
 Readers = list["asyncio.Task[None]"]
 
@@ -109,6 +109,7 @@ class VideoReceiver:
         state, asked_for = Session(), self.cameras
         connection: RTCPeerConnection | None = None
         readers: Readers = []
+        missing: Missing = []
         try:
             while not self._halt.is_set():
                 has_failed = connection is not None and connection.connectionState in ("failed", "closed")
@@ -120,6 +121,7 @@ class VideoReceiver:
                     state = asked(state, self._clock.now_ns(), bool(readers))
                 elif self._newest_ns is not None and self._newest_ns > state.opened_ns:
                     state = delivered(state)
+                missing = await ask_again(connection, missing) if connection is not None else []
                 await asyncio.sleep(_LOOK_S)
         finally:
             await _end(connection, readers)
