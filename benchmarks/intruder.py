@@ -1,6 +1,6 @@
 """Somebody who does not belong: `python -m benchmarks.intruder WHAT CONFIG`, until SIGTERM. For fault campaigns only.
 
-flood    a second program with the operator's certificate puts 10,000 junk messages a second on the command key
+flood    another tower with the operator's certificate puts 10,000 junk messages a second on the command key
 forged   it sends well-formed commands with the current epoch and ever higher numbers, without the lease's key
 second   with the operator's certificate, another operator asks for the lease, twice a second
 stolen   likewise with the operator's own name, as he would from another computer
@@ -13,6 +13,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from msgspec.structs import replace
 
 from benchmarks.cycle_messages import command
 from tower.cockpit.lease_client import request
+from tower.demo.session import free_udp_ports
+from tower.settings import TowerSettings
 from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.codec import codec_of
 from vehicle_gateway.can.dbc import read_layouts
@@ -34,7 +37,7 @@ from wire.link import Link, open_link
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 from wire.pace import Pace
 from wire.settings import WireSettings
-from wire.topics import Role
+from wire.topics import COCKPITS, Role
 
 FLOOD_HZ, BURST = 10_000, 100
 JUNK = b'{"lease_epoch": 1, "sequence": NaN}' * 4
@@ -119,13 +122,25 @@ FRAMES_HZ = 100.0
 
 def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
     speaks, listens, rate_hz, prepare = KINDS[kind]
-    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
     clock = Clock()
-    with open_link(wire.link, speaks, clock, stop) as link, open_link(wire.link, listens, clock, stop) as heard:
+    with ExitStack() as stack:
+        if speaks in COCKPITS:
+            link = heard = stack.enter_context(another_tower(config, clock, stop))
+        else:
+            settings = read_sections(config, {"wire": WireSettings})["wire"].link
+            link, heard = (stack.enter_context(open_link(settings, role, clock, stop)) for role in (speaks, listens))
         tick = prepare(link, heard, config)
-        with Pace(1.0 / rate_hz, clock, stop) as pace:
-            for number, now_ns in enumerate(pace):
-                tick(number, now_ns)
+        for number, now_ns in enumerate(stack.enter_context(Pace(1.0 / rate_hz, clock, stop))):
+            tick(number, now_ns)
+
+
+def another_tower(config: Path, clock: Clock, stop: threading.Event) -> AbstractContextManager[Link]:
+    """A hub of its own that dials the car with the cockpit's certificate: at the cockpit's own hub nobody else speaks as it."""
+    sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings})
+    (port,) = free_udp_ports(1)
+    settings = replace(sections["wire"].link, tower_hub=f"127.0.0.1:{port}")
+    role = Role.TOWER_SCRIPT if sections["tower"].cockpit.device == "scripted" else Role.TOWER_HUB
+    return open_link(settings, role, clock, stop, hub=True)
 
 
 def on_the_bus(config: Path, stop: threading.Event) -> None:
