@@ -222,7 +222,9 @@ class Gateway:
                 vehicle_state_of(self.state, outputs, self._number, self._clock.now_ns(), self._vehicle, self._limits),
             )
         if self._due("gateway_status", STATUS_NS, now_ns) or changed or outputs.lease_replies:
-            self._link.publish("gateway_status", status_of(self.state, now_ns, self._vehicle, self._limits, self._dropped()))
+            silent_s = self._inbox.watchdog_silent_s(now_ns)
+            status = status_of(self.state, now_ns, self._vehicle, self._limits, self._dropped(), silent_s)
+            self._link.publish("gateway_status", status)
         if self._due("vehicle_description", SECOND_NS, now_ns):
             self._link.publish("vehicle_description", self._vehicle)
             self._tell_health(now_ns)

@@ -61,6 +61,7 @@ class Inbox:
     def __init__(self, link: Link, boot_id: str, verifier: Recognises, clock: Clock, car: CarBus) -> None:
         self._codec, self._health_codec, self._watch_codec = car
         self.wake = threading.Event()
+        self._watchdog_ns = clock.now_ns()  # when its last frame came, or we began to listen
         self.dropped: Counter[str] = Counter()
         self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
         self._lock = threading.Lock()
@@ -102,11 +103,16 @@ class Inbox:
             self.guard = msgspec.structs.replace(self.guard, epoch=epoch, last_sequence=fresh)
             self.key = self.key if new_key is None else new_key
 
-    def on_frame(self, frame: Frame, _: int) -> None:
+    def watchdog_silent_s(self, now_ns: int) -> float | None:
+        """None for a car that obeys none."""
+        return max(now_ns - self._watchdog_ns, 0) / 1e9 if self._watch_codec is not None else None
+
+    def on_frame(self, frame: Frame, received_ns: int) -> None:
         if self._health_codec is not None and self._health_codec.speaks(frame):
             self._ecu, reason = self._health_codec.decode(self._ecu, frame)
         elif self._watch_codec is not None and self._watch_codec.speaks(frame):
-            return  # what the watchdog asks of the ECU is for the ECU
+            self._watchdog_ns = received_ns  # what it asks of the ECU is for the ECU; we only tell that it lives
+            return
         else:
             self._feedback, reason = self._codec.decode(self._feedback, frame)
         if reason:

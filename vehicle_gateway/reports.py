@@ -15,7 +15,12 @@ from wire.messages.vehicle import GatewayStatus, Mode, StopWay, VehicleDescripti
 
 
 def status_of(
-    state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits, dropped: Mapping[str, int]
+    state: State,
+    now_ns: int,
+    vehicle: VehicleDescription,
+    limits: GatewayLimits,
+    dropped: Mapping[str, int],
+    watchdog_silent_s: float | None = None,
 ) -> GatewayStatus:
     mode = state.authority.mode
     request = open_request(state)
@@ -46,6 +51,7 @@ def status_of(
         stops_in_ten_minutes=sum(now_ns - at < 600e9 for at in state.stops),
         dropped=dict(dropped),
         stop_way=stop_way_of(state, limits),
+        watchdog_silent_s=watchdog_silent_s,
     )
 
 

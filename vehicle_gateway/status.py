@@ -14,6 +14,7 @@ from wire.messages.vehicle import GatewayStatus, VehicleState
 from wire.topics import PROGRAMS, Role
 
 FEEDBACK_OLD_MS = 200.0  # the car tells how it moves every 10 ms
+WATCHDOG_SILENT_S = 0.5  # it speaks 50 times a second
 NO_CAP_M_S = 100.0  # the end of the message's range: nobody drives whom a cap would hold
 CERTIFICATE_WARN_S = 86_400.0  # ours: a day to bring new certificates
 NEEDED = (Role.VEHICLE_HUB, Role.VIDEO, Role.RECORDER)  # what runs in every car
@@ -62,6 +63,7 @@ class Status(Message):
     loops: dict[Text, LoopSeen]  # "process/loop"
     dropped: dict[Name, Count]  # by the gateway, since start
     silent: tuple[Name, ...]  # programs that a car needs and that said nothing
+    watchdog_silent_s: Seconds | None = None  # None: this car obeys none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,6 +107,7 @@ def status_from(heard: Heard) -> Status:
         loops={name: _loop(each) for name, each in sorted(health.items())},
         dropped=dict(status.dropped),
         silent=tuple(PROGRAMS[role] for role in NEEDED if PROGRAMS[role] not in alive),
+        watchdog_silent_s=status.watchdog_silent_s,
     )
 
 
@@ -145,6 +148,9 @@ def rows_of(status: Status) -> list[tuple[str, str, bool]]:
         ("link", _link(status), status.tower_heard),
         ("recorder", "records" if status.recording else "silent", status.recording),
     ]
+    if status.watchdog_silent_s is not None:
+        watches = status.watchdog_silent_s <= WATCHDOG_SILENT_S
+        rows.append(("watchdog", "watches" if watches else f"silent for {status.watchdog_silent_s:.0f} s: start it again", watches))
     rows += [(f"camera {name}", _picture(camera), camera.live) for name, camera in status.cameras.items()]
     rows += [(f"loop {name}", _lateness(loop), loop.lateness_max_ms <= loop.period_ms) for name, loop in status.loops.items()]
     rows += [("silent", name, False) for name in status.silent]

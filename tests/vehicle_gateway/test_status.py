@@ -147,6 +147,8 @@ def test_what_says_nothing_is_silent_and_never_guessed():
         (replace(HEARD, status=msgspec.structs.replace(STATUS, failsafe="command_lost")), {"mode", "failsafe"}),
         (replace(HEARD, state=msgspec.structs.replace(STATE, feedback_age_ms=201.0)), {"CAN"}),
         (replace(HEARD, state=msgspec.structs.replace(STATE, feedback_age_ms=1e9)), {"CAN"}),
+        (replace(HEARD, status=msgspec.structs.replace(STATUS, watchdog_silent_s=0.6)), {"watchdog"}),
+        (replace(HEARD, status=msgspec.structs.replace(STATUS, watchdog_silent_s=0.02)), set()),
         (replace(HEARD, cameras=(camera("front", 1500, live=False),)), {"camera front"}),
         (replace(HEARD, cameras=(camera("front", 1), camera("rear", -1, live=False))), {"camera rear"}),
         (replace(HEARD, health=(*ALL, loop("autonomy run", "drive", worst_ms=11.0))), {"loop autonomy run/drive"}),
@@ -246,6 +248,7 @@ def test_a_real_gateway_is_seen_by_status_by_the_service_manager_and_in_its_log(
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert (told["mode"], told["lease_holder"], told["tower_heard"]) == ("standby", "", False)
+    assert told["watchdog_silent_s"] > 0.5, "there is none beside it"
     assert told["can_feedback_age_ms"] < 1000.0
     assert told["loops"]["vehicle-gateway ecu/cycle"]["cycles"] == 4321, "from CAN through the gateway"
     assert told["loops"]["vehicle-gateway run/cycle"]["cycles"] > 10

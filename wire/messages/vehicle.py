@@ -140,6 +140,7 @@ class GatewayStatus(Message):
     stops_in_ten_minutes: Count
     dropped: dict[Name, Count]  # messages dropped since start, by reason
     stop_way: StopWay = StopWay()
+    watchdog_silent_s: Seconds | None = None  # since its last frame, or since our start; None: this car obeys none
 
 
 class CameraCalibration(Message):
