@@ -172,8 +172,13 @@ def _info(recording: Path, as_json: bool) -> int:
     if as_json:
         sys.stdout.write(_json(summary).decode("utf-8"))
     else:
-        show(summary, Console())
+        show(summary, _console())
     return 0
+
+
+def _console() -> Console:
+    """As wide as the terminal; wide enough for a table where there is none."""
+    return Console(width=None if sys.stdout.isatty() else 160)
 
 
 def _audit(path: Path, authority: Path | None, as_json: bool) -> int:
@@ -181,7 +186,7 @@ def _audit(path: Path, authority: Path | None, as_json: bool) -> int:
     if as_json:
         sys.stdout.write(msgspec.json.format(encode(report), indent=2).decode("utf-8") + "\n")
     else:
-        show_audit(report, Console())
+        show_audit(report, _console())
     return 0 if report.holds else 1
 
 
@@ -193,7 +198,7 @@ def _incident(path: Path, at: str, before_s: float, after_s: float, output: Path
 def _check(path: Path) -> int:
     with open_recording(path) as recording:
         tallies = check_steps(recording, installed_replays())
-        show_check(path, tallies, recording.versions, Console())
+        show_check(path, tallies, recording.versions, _console())
     return 0 if all(tally.holds for tally in tallies) else 1
 
 

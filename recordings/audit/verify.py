@@ -130,7 +130,10 @@ def _wrong_head(head: Read, authority: x509.Certificate) -> str:
         return "is a head without a certificate that can be read"
     made = datetime.fromtimestamp(entry.utc_ns / 1e9, UTC)
     checks = (
-        (not is_issued_by(certificate, authority), "is signed with a certificate that another authority issued"),
+        (
+            not is_issued_by(certificate, authority),
+            "is signed with a certificate that another authority issued; name it with --authority",
+        ),
         (
             common_name(certificate) not in certificate_names(Role.VEHICLE_HUB, entry.vehicle_id),
             f"is signed with the certificate of {common_name(certificate)}, not of this car's hub",
