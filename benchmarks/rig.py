@@ -26,10 +26,30 @@ from wire.messages.vehicle import Mode
 from wire.settings import WireSettings
 
 LOOK_S = 0.02
+_decode = msgspec.json.Decoder(Referee).decode
 
 
 class RigError(Exception):
     """The drive did not come to where the test needs it; the text says what it waited for and where the logs are."""
+
+
+class RefereeLog:
+    """The referee's own log as it grows: each line is read once, whoever looks how often."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / "referee.jsonl"
+        self._read = 0  # bytes
+        self._entries: list[Referee] = []
+
+    def entries(self) -> list[Referee]:
+        """Everything logged so far; a line that is not whole yet comes the next time."""
+        if self._path.exists():
+            with self._path.open("rb") as stream:
+                stream.seek(self._read)
+                whole, end, _ = stream.read().rpartition(b"\n")
+            self._read += len(whole) + len(end)
+            self._entries += map(_decode, whole.splitlines())
+        return self._entries
 
 
 @dataclass(slots=True)
@@ -39,6 +59,7 @@ class Drive:
     process: subprocess.Popen[bytes]
     folder: Path
     observer: Observer
+    log: RefereeLog
 
     def pid(self, name: str) -> int:
         return int(json.loads((self.folder / "processes.json").read_text())[name])
@@ -53,7 +74,7 @@ class Drive:
 
     def referee(self) -> list[Referee]:
         """Everything the referee has logged so far; its log outlives the hub."""
-        return read_referee(self.folder)
+        return self.log.entries()
 
     def wait_until(self, what: str, condition: Callable[[], bool], patience_s: float) -> None:
         """Look until `condition` holds. Raises RigError after `patience_s` or when the demo ended before."""
@@ -79,11 +100,8 @@ class Drive:
 
 
 def read_referee(folder: Path) -> list[Referee]:
-    log = folder / "referee.jsonl"
-    lines = log.read_bytes().splitlines() if log.exists() else []
-    decode = msgspec.json.Decoder(Referee).decode
-    whole = lines if not lines or lines[-1].endswith(b"}") else lines[:-1]
-    return [decode(line) for line in whole]
+    """All of a log at once."""
+    return RefereeLog(folder).entries()
 
 
 @contextmanager
@@ -108,7 +126,7 @@ def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None 
         folder = _folder(sessions, process, log)
         wire: WireSettings = read_sections(folder / "session.toml", {"wire": WireSettings})["wire"]
         with Observer(wire.link) as observer:
-            yield Drive(process, folder, observer)
+            yield Drive(process, folder, observer, RefereeLog(folder))
     finally:
         if process.poll() is None:
             process.terminate()

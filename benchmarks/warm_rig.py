@@ -18,7 +18,7 @@ from typing import Any
 import tomli_w
 
 from benchmarks.bad_way import BadWay, bad_way
-from benchmarks.rig import RigError, read_referee
+from benchmarks.rig import RefereeLog, RigError
 from benchmarks.slow_disk import Disk, slow_disk
 from benchmarks.two_machines import CAR_ADDRESS, Listener, Machine, Sites, two_machines
 from wire.configuration import read_tables
@@ -64,6 +64,7 @@ class WarmRig:
     car: Listener
     tower: Listener  # what the operator's window is told
     disk: Disk  # of the recorder
+    log: RefereeLog
     hurt_names: set[str] = field(default_factory=set)
 
     def machine(self, name: str) -> Machine:
@@ -92,7 +93,7 @@ class WarmRig:
         self.hurt_names.clear()
 
     def referee(self) -> list[Referee]:
-        return read_referee(self.sites.car.folder)
+        return self.log.entries()
 
     def drives(self) -> bool:
         """The operator has been driving for a while, at speed."""
@@ -139,7 +140,7 @@ def warm_rig(folder: Path) -> Iterator[WarmRig]:
         for name in TOWER:
             _start(sites.tower, name)
         tower = stack.enter_context(Listener(sites.tower, "gateway_status", "window_status", tower=True))
-        yield WarmRig(sites, way, car, tower, disk)
+        yield WarmRig(sites, way, car, tower, disk, RefereeLog(sites.car.folder))
 
 
 def _start(machine: Machine, name: str) -> None:
