@@ -175,8 +175,10 @@ def _configure(machine: Machine, scenario: str) -> None:
     if machine.address == CAR_ADDRESS:
         wire["link"]["vehicle_id"] = tables["vehicle"]["vehicle_id"] = VEHICLE
         wire["session"] = {"folder": str(machine.folder), "name": machine.folder.name}
-        for camera in tables["vehicle"]["cameras"]:  # small pictures: this is about the way between, not about encoding
-            camera.update(width_px=640, height_px=360, frame_rate_hz=20.0, focal_length_px=camera["focal_length_px"] / 2)
+        for camera in tables["vehicle"]["cameras"]:  # small pictures: this is about the way between, and both machines are one
+            wide, high, rate_hz = (640, 360, 20.0) if camera["required"] else (208, 180, 5.0)
+            focal_px = camera["focal_length_px"] * wide / camera["width_px"]
+            camera.update(width_px=wide, height_px=high, frame_rate_hz=rate_hz, focal_length_px=focal_px)
         tables["vehicle_gateway"]["memory"] = str(machine.folder / "memory.json")
         tables["vehicle_gateway"]["simulation"]["scenario"] = scenario
     else:
@@ -228,7 +230,11 @@ class Listener:
 
     def _read(self) -> None:
         for line in self._process.stdout or ():
-            heard = json.loads(line)
+            try:
+                heard = json.loads(line)
+            except ValueError:
+                self.count["unreadable"] += 1  # somebody sends junk, as told
+                continue
             topic, message = heard["topic"], heard["message"]
             self.count[topic] += 1
             if topic == "gateway_status" and (not self.modes or self.modes[-1] != message["mode"]):
