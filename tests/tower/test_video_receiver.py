@@ -131,6 +131,40 @@ def test_pictures_of_two_cameras_arrive_with_their_stamps_on_a_tower_whose_clock
     assert not any(b"\x00\x00\x00\x01\x0a\x00" in picture.annex_b for picture in recorded)  # no end of sequence
 
 
+class OnALossyWay(VideoReceiver):
+    """Each camera's 40th packet does not come, nor its first repetition."""
+
+    async def _open(self, cameras: tuple[str, ...]) -> Any:
+        connection, readers = await super()._open(cameras)
+        for transceiver in connection.getTransceivers() if connection is not None else ():
+            lose(transceiver.receiver)
+        return connection, readers
+
+
+def lose(receiver: Any) -> None:
+    hear, count = receiver._handle_rtp_packet, iter(range(1, 100_000))
+    lost: set[int] = set()
+
+    async def lossy(packet: Any, arrival_time_ms: int) -> None:
+        repeats = int.from_bytes(packet.payload[:2], "big") if packet.ssrc in receiver._RTCRtpReceiver__rtx_ssrc else None
+        if repeats is None and next(count) == 40:
+            lost.add(packet.sequence_number)
+        elif repeats in lost:
+            lost.clear()
+        else:
+            await hear(packet, arrival_time_ms)
+
+    receiver._handle_rtp_packet = lossy
+
+
+def test_of_two_cameras_a_packet_that_is_lost_twice_is_sent_until_it_comes_and_no_picture_is_missed() -> None:
+    link, clock = MemoryLink(), Clock()
+    with car(link, "front", "left"), OnALossyWay(link, clock, ("front", "left")) as video:
+        late_ms = [(frame.decoded_ns - frame.capture_ns) / 1e6 for frame in watch(video, "front", 60)]
+        assert max(late_ms) < 600.0, "a hole that stays holds up 128 packets: more than a second"
+        assert watch(video, "left", 1) and not video.withheld
+
+
 def test_without_a_watcher_the_recorder_still_gets_its_pictures() -> None:
     link, enough = MemoryLink(), threading.Event()
     with car(link, "front"):

@@ -1,8 +1,9 @@
 """The seam to aiortc on the tower's side: a connection that only receives H.264, one section per camera.
 
 All use of its inside is here: aioice leaves 127.0.0.1 out, so that a machine without any network would offer no candidate;
-a lost packet holds everything back until 512 more have come, although the sender can resend only the last 128; a packet whose
-repetition is lost as well is not asked for again; and what a hole has held up stays late.
+a lost packet holds everything back until 512 more have come, although the sender can resend only the last 128; of several
+cameras no packet that is sent again is known; one whose repetition is lost as well is not asked for again; and what a hole has
+held up stays late.
 
 Tested against aiortc 1.16.0, aioice 0.13.0.
 """
@@ -93,19 +94,21 @@ class PromptBuffer(JitterBuffer):
 Missing = list[frozenset[int]]  # sequence numbers of packets, by camera
 
 
-async def ask_again(connection: RTCPeerConnection, before: Missing) -> Missing:
+async def mend(connection: RTCPeerConnection, before: Missing) -> Missing:
     """Ask once more for every packet that was missing at the last look already; what is missing now.
 
     aiortc asks when it finds a hole, and again only when it finds the next one: where the packet that was sent again is lost,
-    too, everything waits for that.
+    too, everything waits for that. And of several cameras on one connection it does not know whose a packet sent again is.
     """
     now: Missing = []
     for transceiver in connection.getTransceivers():
         receiver: Any = transceiver.receiver
-        holes, sources = receiver._RTCRtpReceiver__nack_generator, receiver._RTCRtpReceiver__rtx_ssrc.values()
+        holes, sources = receiver._RTCRtpReceiver__nack_generator, receiver._RTCRtpReceiver__rtx_ssrc
+        for repetition in sources:
+            receiver.transport._rtp_router.ssrc_table.setdefault(repetition, receiver)
         now.append(frozenset(holes.missing) if holes is not None else frozenset())
         still = now[-1] & before[len(now) - 1] if len(now) <= len(before) else frozenset()
-        for source in sources if still else ():
+        for source in sources.values() if still else ():
             await receiver._send_rtcp_nack(source, sorted(still))
     return now
 

@@ -20,7 +20,7 @@ from aiortc.mediastreams import MediaStreamError
 from av import VideoFrame
 from numpy.typing import NDArray
 
-from tower.video.connection import Missing, ask_again, receiving_connection, take_answer, user_data
+from tower.video.connection import Missing, mend, receiving_connection, take_answer, user_data
 from tower.video.continuity import Continuity, follow
 from tower.video.convert import Part, to_bgra
 from tower.video.reconnect import Session, Step, asked, delivered, next_step
@@ -121,7 +121,7 @@ class VideoReceiver:
                     state = asked(state, self._clock.now_ns(), bool(readers))
                 elif self._newest_ns is not None and self._newest_ns > state.opened_ns:
                     state = delivered(state)
-                missing = await ask_again(connection, missing) if connection is not None else []
+                missing = await mend(connection, missing) if connection is not None else []
                 await asyncio.sleep(_LOOK_S)
         finally:
             await _end(connection, readers)
