@@ -184,10 +184,10 @@ def said(rig: WarmRig) -> str:
     return f"{status.get('mode', 'nothing')}: {status.get('cause', '')}"
 
 
-def run_in(machine: Machine, module: str, *arguments: str) -> "subprocess.Popen[bytes]":
-    """A module of ours in a namespace. It stands back: somebody else's computer would take no time from the car's."""
+def run_in(machine: Machine, module: str, *arguments: str, niceness: int = 0) -> "subprocess.Popen[bytes]":
+    """A module of ours in a namespace."""
     return subprocess.Popen(
-        ["nice", "-n", "19"] + machine.command("python", "-m", module, *arguments),
+        ["nice", "-n", str(niceness)] + machine.command("python", "-m", module, *arguments),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=(machine.folder / f"{module}.log").open("ab"),
