@@ -120,17 +120,16 @@ def disk_slow(rig: WarmRig) -> End:
 def clock_steps(rig: WarmRig) -> End:
     """The operator's computer starts again, and its clock is an hour on."""
     rig.sites.tower.clock_s += HOUR_S
-    for name in TOWER:
-        rig.send(name, signal.SIGKILL)
-    for name in TOWER:
-        rig.machine(name).running[name].process.wait()
-        rig.start(name)
-    return nothing
+    return killed_and_started(rig, *TOWER)
 
 
 def power_cycle(rig: WarmRig) -> End:
     """Everything in the car loses its power at once, but the world and its actuators; all of it starts again while it moves."""
-    names = ("gateway", "ecu", "autonomy", "video", "recorder")
+    return killed_and_started(rig, "gateway", "ecu", "autonomy", "video", "recorder")
+
+
+def killed_and_started(rig: WarmRig, *names: str) -> End:
+    """All at once, and then each again."""
     for name in names:
         rig.send(name, signal.SIGKILL)
     for name in names:

@@ -89,11 +89,11 @@ class Cycles:
         self.heard_ns = self.silent_ns = 0
 
     def take(self, cycle: GatewayCycle, _: int) -> None:
-        command, causes = _INPUTS.decode(cycle.inputs).command, _OUTPUTS.decode(cycle.outputs).causes
-        if command is not None:
-            self.ages_ms.append((cycle.now_ns - command.echoed_vehicle_ns) / 1e6)
-            self.heard_ns, self.silent_ns = _INPUTS.decode(cycle.inputs).command_ns, 0
-        elif self.silent_ns == 0 and Cause.COMMAND_SILENT in causes:
+        inputs = _INPUTS.decode(cycle.inputs)
+        if inputs.command is not None:
+            self.ages_ms.append((cycle.now_ns - inputs.command.echoed_vehicle_ns) / 1e6)
+            self.heard_ns, self.silent_ns = inputs.command_ns, 0
+        elif self.silent_ns == 0 and Cause.COMMAND_SILENT in _OUTPUTS.decode(cycle.outputs).causes:
             self.silent_ns = cycle.now_ns
 
 
