@@ -47,7 +47,9 @@ class Wheel:
         self._device = UInput(
             CAPABILITIES, name=name, vendor=VENDOR, product=PRODUCT, version=0x111, bustype=e.BUS_USB, max_effects=16
         )
-        say("plugged", path=self._device.device.path)
+        path = self._device.device.path
+        self._device.device.close()  # else its end waits for an upload that waits for us
+        say("plugged", path=path)
 
     def unplug(self) -> None:
         if self._device is not None:

@@ -212,9 +212,10 @@ def pulled_out_the_car_stops_and_the_cockpit_says_why(drive: Drive, until, figur
     assert drive.mode() is Mode.REMOTE
     began_ns, speed = Clock().now_ns(), drive.body.speed_m_s
     drive.wheel.do("unplug")
-    until(lambda: not drive.operator.dead_man, "the dead-man counts as released")
+    until(lambda: not drive.operator.dead_man, "the dead-man counts as released")  # the kernel lets every button of it go
     noticed_ns = Clock().now_ns()
-    assert drive.operator.device_note == f"{NAME} unplugged"
+    until(lambda: drive.operator.device_note == f"{NAME} unplugged", "and the cockpit says why")
+    assert not drive.operator.dead_man
     assert drive.operator.throttle == 0.0
     until(lambda: drive.mode() in (Mode.SAFE_STOP, Mode.STOPPED), "the car makes a safe stop")
     stopping_ns = Clock().now_ns()
