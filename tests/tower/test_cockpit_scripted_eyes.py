@@ -151,6 +151,28 @@ def test_what_stands_on_the_sidewalk_or_at_the_far_kerb_blocks_nothing() -> None
     assert blockers([Standing(10, -4.6, 0.3), Standing(10, 3.2, 0.3)], OWN_M, HALF_M, WAY) == []
 
 
+@given(jitter=st.lists(st.floats(-0.05, 0.05), max_size=20))
+def test_a_car_that_stands_beside_what_blocks_goes_on_in_the_oncoming_lane_however_its_place_trembles(jitter: list[float]) -> None:
+    barrier = Standing(168.0, -0.66, 0.4)
+    way = None
+    for error in [0.0, *jitter]:
+        station = 161.4 + error
+        way = updated(way, [barrier], station, 1.73, OWN_M, HALF_M, WAY)
+        assert all(abs(side_at(way, station + ahead, OWN_M, -OWN_M) - 1.74) < 0.02 for ahead in (0.0, 2.6, 5.0, 8.0))
+
+
+def test_a_car_across_the_road_goes_home_behind_the_cones_that_line_the_site() -> None:
+    cones = [Standing(100.0 + k, -0.1, 0.2) for k in (-6, -3, 2, 5)]  # at the edge of the own lane: they block nothing in it
+    assert blockers(cones, OWN_M, HALF_M, WAY) == []
+    way = updated(None, cones, 100.0, 1.75, OWN_M, HALF_M, WAY)
+    assert way is not None and way.back_m == 108.0
+    assert all(side_at(way, 100.0 + ahead, OWN_M, -OWN_M) == 1.75 for ahead in range(8))
+    assert side_at(way, way.home_m, OWN_M, -OWN_M) == OWN_M
+    at_once = updated(None, [], 100.0, 1.75, OWN_M, HALF_M, WAY)
+    assert at_once is not None and at_once.back_m == 100.0
+    assert updated(None, [], 100.0, -1.0, OWN_M, HALF_M, WAY) is None
+
+
 def test_the_way_back_waits_for_what_is_seen_late_and_begins_anew_when_something_stands_beyond_it() -> None:
     way = updated(None, [Standing(40, -1.75, 0.3)], 20.0, OWN_M, OWN_M, HALF_M, WAY)
     later = updated(way, [Standing(40, -1.75, 0.3), Standing(55, -1.75, 0.3)], 38.0, 1.75, OWN_M, HALF_M, WAY)

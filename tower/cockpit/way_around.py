@@ -22,6 +22,7 @@ class WaySettings(Message):
     full_before_m: Metres = 2.0  # rear axle wholly in the oncoming lane this far before the first thing
     back_after_m: Metres = 3.0  # rear axle this far behind the last thing when the way back begins (overhang 0.9 m)
     back_length_m: Metres = 13.0  # so that the car is back 16 m after the last thing: its length and 5 m, and more
+    across_m: Metres = 1.2  # farther than this from the middle of its lane, and not going around anything: the car has to go back
     margin_m: Metres = 0.5  # what comes closer than this to the car in the middle of its lane blocks
     gap_m: Metres = 45.0  # things farther apart are passed one after the other, with the own lane between them
 
@@ -68,10 +69,10 @@ def updated(
         way = None
     group = _group(blockers(standing, own_m, half_width_m, settings), way, station_m, settings)
     if not group:
-        return way
+        return way if way is not None else _home(standing, station_m, side_m, own_m, half_width_m, settings)
     last_m = max(thing.station_m + min(thing.radius_m, 0.5) for thing in group)
     if way is None or station_m < way.begin_m:
-        return _planned(group[0].station_m, last_m, station_m, own_m if way is not None else side_m, settings)
+        return _planned(group[0].station_m, last_m, station_m, side_m, settings, way)
     if station_m <= way.back_m or last_m <= way.back_m - settings.back_after_m:
         back = max(last_m + settings.back_after_m, station_m)
         return replace(way, back_m=back, home_m=back + settings.back_length_m) if station_m <= way.back_m else way
@@ -91,12 +92,31 @@ def _group(things: list[Standing], way: WayAround | None, station_m: float, sett
     return group
 
 
-def _planned(first_m: float, last_m: float, station_m: float, from_side_m: float, settings: WaySettings) -> WayAround:
+def _planned(
+    first_m: float, last_m: float, station_m: float, side_m: float, settings: WaySettings, before: WayAround | None = None
+) -> WayAround:
+    """before: a way that has not begun. Where the change begins at the car, it begins on the car's side, not on the lane's."""
     full = first_m - settings.full_before_m
     begin = max(full - settings.change_m, station_m)
     full = max(full, begin + settings.change_min_m)
     back = max(last_m + settings.back_after_m, full)
-    return WayAround(begin_m=begin, full_m=full, back_m=back, home_m=back + settings.back_length_m, from_side_m=from_side_m)
+    from_side = before.from_side_m if before is not None and begin > station_m else side_m
+    return WayAround(begin_m=begin, full_m=full, back_m=back, home_m=back + settings.back_length_m, from_side_m=from_side)
+
+
+def _home(
+    standing: Sequence[Standing], station_m: float, side_m: float, own_m: float, half_width_m: float, settings: WaySettings
+) -> WayAround | None:
+    """The way back alone, for a car that finds itself across the road: behind all that stands between it and its lane."""
+    if abs(side_m - own_m) < settings.across_m:
+        return None
+    room = half_width_m + settings.margin_m
+    low, high = sorted((side_m, own_m - room if own_m < side_m else own_m + room))
+    between = [
+        thing.station_m for thing in standing if 0 < thing.station_m - station_m < settings.back_length_m and low < thing.side_m < high
+    ]
+    back = max(between) + settings.back_after_m if between else station_m
+    return WayAround(begin_m=station_m, full_m=station_m, back_m=back, home_m=back + settings.back_length_m, from_side_m=side_m)
 
 
 def _eased(at_zero: float, at_one: float, share: float) -> float:
