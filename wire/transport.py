@@ -43,6 +43,7 @@ def session_configuration(settings: LinkSettings, role: Role, hub: bool, waits: 
         "transport/link/tx/lease": settings.lease_ms,
         "transport/link/tx/keep_alive": 4,
         "transport/link/tx/queue/size/data": 16,  # batches of 64 kB: pictures come in bursts, and a dropped one is lost
+        "transport/link/tx/queue/size/interactive_high": 16,  # batches of a datagram: two are full with what a car says at once
         "transport/link/tls": tls_of(settings, role),
     }
     if hub:

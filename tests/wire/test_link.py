@@ -19,7 +19,7 @@ from wire.link import Link, LinkError, Stopped, open_link
 from wire.messages.automation import AutonomyCommand
 from wire.messages.base import Gear, Indicators, encode
 from wire.messages.operating import ClockPong, DriveCommand, TowerStop, WindowStatus
-from wire.messages.sensing import Imu, Pose, WorldState
+from wire.messages.sensing import Gnss, Imu, MovingPerson, Pose, WorldState
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.settings import LinkSettings
 from wire.topics import Role
@@ -63,6 +63,7 @@ IMU = Imu(
     pitch_rate_rad_s=0.0,
     yaw_rate_rad_s=0.0,
 )
+GNSS = Gnss(stamp_ns=1, x_m=1.25, y_m=2.5, deviation_m=0.07, heading_rad=0.1, heading_deviation_rad=0.006)
 ASK = LeaseRequest(operator="ann", session="s", sent_ns=1)
 GRANTED = LeaseReply(granted=True, epoch=7, key_hex="00ff", rule="", boot_id="b")
 
@@ -227,6 +228,27 @@ def test_the_world_state_reaches_video_and_not_the_automation(world: World):
     assert stolen == []
     assert at_the_tower == []
     assert len(at_the_hub) <= len(seen) + 40  # the hub itself is the car's own gateway: it may, and does not use it
+
+
+def test_what_a_car_says_all_at_once_arrives_whole(world: World):
+    """Sensors of 100, 50 and 10 Hz fall due together, and a datagram holds few of them."""
+    simulate, autonomy, video = (world.client(role) for role in (Role.SIMULATE, Role.AUTONOMY, Role.VIDEO))
+    felt, shown, placed = heard(autonomy, "imu"), heard(video, "world_state"), heard(autonomy, "gnss")
+
+    def speak(number: int, state: WorldState) -> None:
+        simulate.publish("imu", replace(IMU, stamp_ns=number))
+        simulate.publish("world_state", replace(state, stamp_ns=number))
+        simulate.publish("gnss", replace(GNSS, stamp_ns=number))
+
+    until(lambda: felt and shown and placed, lambda: speak(1, WORLD))
+    person = MovingPerson(x_m=1.0, y_m=2.0, heading_rad=0.5, speed_m_s=1.25, phase=0.123456789)
+    crowded, tick = replace(WORLD, people=(person,) * 20), threading.Event()
+    for number in range(2, 102):
+        speak(number, crowded)
+        if number % 2:
+            tick.wait(0.01)
+    until(lambda: placed[-1].stamp_ns == 101)
+    assert [fix.stamp_ns for fix in placed if fix.stamp_ns > 1] == list(range(2, 102))
 
 
 def test_what_stays_in_the_car_does_not_cross(world: World):

@@ -113,7 +113,9 @@ def _home(
     room = half_width_m + settings.margin_m
     low, high = sorted((side_m, own_m - room if own_m < side_m else own_m + room))
     between = [
-        thing.station_m for thing in standing if 0 < thing.station_m - station_m < settings.back_length_m and low < thing.side_m < high
+        thing.station_m
+        for thing in standing
+        if 0 < thing.station_m - station_m < settings.back_length_m and low < thing.side_m < high
     ]
     back = max(between) + settings.back_after_m if between else station_m
     return WayAround(begin_m=station_m, full_m=station_m, back_m=back, home_m=back + settings.back_length_m, from_side_m=side_m)
