@@ -28,12 +28,12 @@ def stand_back(niceness: int) -> None:
     Where Linux groups processes by session (autogroup, sched(7)), niceness counts inside a session only and every session has
     the same share: a process that leads its own, as `tower demo` and systemd start them, puts that session back as well.
     """
-    if niceness == 0 or not hasattr(os, "nice"):
+    if not hasattr(os, "nice"):
         return
-    os.nice(niceness)
-    if os.getsid(0) == os.getpid():
+    total = os.nice(niceness)
+    if total > 0 and os.getsid(0) == os.getpid():
         with suppress(OSError):  # another system, or a kernel without it
-            AUTOGROUP.write_text(str(niceness))
+            AUTOGROUP.write_text(str(total))
 
 
 def run_until_stopped(run: Callable[[Path, threading.Event], int], config: Path, niceness: int = 0) -> int:

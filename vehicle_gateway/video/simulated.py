@@ -1,7 +1,6 @@
 """The simulated cameras as sources: they render states of the world; a state's time is the capture stamp.
 
 Every picture is of a state that arrived; nothing is rendered between two. A world that stops gives no picture at all.
-Only one picture is rendered at a time: two renderers in one interpreter would only wait for each other.
 Not modelled: exposure time, rolling shutter, lens distortion; of sensor noise only the read noise of a sparse grid of
 pixels, because noise on all of them would cost the encoder more than the whole scene.
 """
@@ -12,7 +11,6 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from vehicle_gateway.video.brush_turn import Brush
 from vehicle_gateway.video.picture import Bytes, Picture, luma, planar_frame
 from vehicle_gateway.video.slot import NewestSlot
 from vehicle_gateway.video.turns import every, first_turns, is_turn, number_of
@@ -39,15 +37,12 @@ class SimulatedSource:
     def __init__(self, renderer: Renderer, width_px: int, height_px: int, rate_hz: float) -> None:
         self.rate_hz = rate_hz
         self.first_turn = 0
-        self.brush = Brush()  # the feed gives all its cameras the same
-        self.urgent = False  # the fastest of them, by which is driven
         self._renderer = renderer
         self._planes: Bytes = np.zeros((height_px * 3 // 2, width_px), np.uint8)
         self._step = every(rate_hz)
         self._states: NewestSlot[WorldState] = NewestSlot()
         self._pictures: NewestSlot[Picture] = NewestSlot()
         self._last: int | None = None
-        self._overtaken = 0
         self._halt = threading.Event()
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="renderer")
         self._worker: Future[None] | None = None
@@ -55,7 +50,7 @@ class SimulatedSource:
 
     @property
     def skipped(self) -> int:
-        return self._states.replaced + self._pictures.replaced + self._overtaken
+        return self._states.replaced + self._pictures.replaced
 
     def __enter__(self) -> Self:
         self._worker = self._pool.submit(self._run)
@@ -93,11 +88,7 @@ class SimulatedSource:
             self._pictures.put(self._picture_of(world))
 
     def _picture_of(self, world: WorldState) -> Picture:
-        with self.brush.held(self.urgent):
-            newer = self._states.take(0.0)  # it came while another camera was drawn
-            self._overtaken += newer is not None
-            world = newer or world
-            self._renderer.render_planar(world, self._planes)
+        self._renderer.render_planar(world, self._planes)
         frame = planar_frame(self._planes)
         add_read_noise(luma(frame), world.stamp_ns)
         return Picture(frame, world.stamp_ns)
@@ -109,9 +100,8 @@ class WorldFeed:
     def __init__(self, sources: list[SimulatedSource]) -> None:
         self._sources = sources
         self._origin_ns = self._newest_ns = 0
-        brush, fastest_hz = Brush(), max((source.rate_hz for source in sources), default=0.0)
         for source, first in zip(sources, first_turns([source.rate_hz for source in sources]), strict=True):
-            source.first_turn, source.brush, source.urgent = first, brush, source.rate_hz == fastest_hz
+            source.first_turn = first
 
     def put(self, world: WorldState, received_ns: int) -> None:
         """The stamp that counts is the state's own."""

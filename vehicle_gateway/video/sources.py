@@ -37,18 +37,18 @@ def open_sources(
     vehicle: VehicleDescription,
     clock: Clock,
     link: SourceLink,
-    renderer: Callable[[CameraCalibration], Renderer],
+    renderers: Mapping[str, Renderer],
 ) -> dict[str, Source]:
     """Every source, opened but not yet running. Raises ConfigurationError that names the camera and the fix.
 
-    renderer  makes the renderer of one simulated camera; called only for those
+    renderers  of the simulated cameras, by name
     """
     sources: dict[str, Source] = {}
     simulated: list[SimulatedSource] = []
     for calibration in vehicle.cameras:
         choice = choices[calibration.name]
         if choice.kind == "simulated":
-            simulated.append(_simulated(calibration, renderer))
+            simulated.append(_simulated(calibration, renderers[calibration.name]))
             sources[calibration.name] = simulated[-1]
         else:
             sources[calibration.name] = MediaSource(choice, calibration, clock)
@@ -57,5 +57,5 @@ def open_sources(
     return sources
 
 
-def _simulated(calibration: CameraCalibration, renderer: Callable[[CameraCalibration], Renderer]) -> SimulatedSource:
-    return SimulatedSource(renderer(calibration), calibration.width_px, calibration.height_px, calibration.frame_rate_hz)
+def _simulated(calibration: CameraCalibration, renderer: Renderer) -> SimulatedSource:
+    return SimulatedSource(renderer, calibration.width_px, calibration.height_px, calibration.frame_rate_hz)

@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 
 from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.video.painter import painters
 from vehicle_gateway.video.render.camera import Scene, SimulatedCamera
 from vehicle_gateway.video.sender import video_sender
 from vehicle_gateway.video.simulated import Renderer
@@ -39,13 +40,16 @@ def run(config: Path, stop: threading.Event) -> int:
     vehicle: VehicleDescription = sections["vehicle"]
     gateway: VehicleGatewaySettings = sections["vehicle_gateway"]
     choices = choose_sources(gateway.video, vehicle)
-    renderer = _renderers(gateway.simulation.scenario, vehicle)
     share_interpreter()
     cv2.setNumThreads(1)  # one thread per camera is parallel enough
     servers = ways(wire.ice)
     clock = Clock()
-    with open_link(wire.link, Role.VIDEO, clock, stop) as link:
-        sources = open_sources(choices, vehicle, clock, link, renderer)
+    drawn = tuple(camera for camera in vehicle.cameras if choices[camera.name].kind == "simulated")
+    with (
+        painters(drawn, _renderers(gateway.simulation.scenario, vehicle)) as drawing,  # before the link has threads
+        open_link(wire.link, Role.VIDEO, clock, stop) as link,
+    ):
+        sources = open_sources(choices, vehicle, clock, link, drawing)
         log.info("started", extra=fields(**{name: choice.kind for name, choice in choices.items()}))
         with video_sender(link, vehicle.cameras, sources, gateway.video, clock, servers) as sender:
             sender.report(stop)
