@@ -114,6 +114,16 @@ def test_a_lower_rate_is_obeyed_at_once_and_a_higher_one_with_the_next_idr() -> 
     assert after > 0.7 * before
 
 
+def test_fewer_pictures_a_second_share_the_same_bit_rate() -> None:
+    encoder = Encoder(CAMERA, VideoSettings(bitrate_kbps=20000))
+    many = [encoder.encode(picture(number), number * PERIOD_NS) for number in range(60)]
+    encoder.limit(RATE_HZ / 3)
+    few = [encoder.encode(picture(3 * number), (60 + 3 * number) * PERIOD_NS) for number in range(20)]
+    assert few[0].is_idr and not any(unit.is_idr for unit in few[1:])
+    before, after = (sum(len(unit.annex_b) for unit in units) for units in (many[30:], few[10:]))  # a second each
+    assert 0.8 < after / before < 1.25
+
+
 def test_the_largest_picture_stays_within_the_rate_buffer() -> None:
     settings = VideoSettings(bitrate_kbps=20000, vbv_frames=3.0)
     mean_bytes = camera_bitrate_bps(20000, CAMERA) / RATE_HZ / 8

@@ -86,6 +86,7 @@ class CameraLoop:
     def limit(self, rate_hz: float) -> None:
         """No more pictures a second than this from now on."""
         self.rate_hz = rate_hz
+        self.encoder.limit(rate_hz)
         self._wait_s = max(_REPEAT_AFTER_S, 1.5 / rate_hz)
         self._lateness.period_ns = round(1e9 / rate_hz)
         if self._is_wanted(self._clock.now_ns()):

@@ -50,12 +50,17 @@ class Encoder:
         self._limits = RateLimits(floor_bps, ceiling_bps)
         self._rate = full_rate(self._limits)
         self._applied_bps = ceiling_bps
+        self._applied_hz = self._wanted_hz = calibration.frame_rate_hz
         self._interval_ns = round(settings.idr_interval_s * 1e9)
         self._last_idr_ns: int | None = None
         self._requested = False
         self._origin_ns: int | None = None
         self._calibration, self._settings = calibration, settings
-        self._context = _open_context(calibration, settings, ceiling_bps)
+        self._context = _open_context(calibration, settings, ceiling_bps, self._applied_hz)
+
+    def limit(self, rate_hz: float) -> None:
+        """So many pictures a second come from now on: x264 shares the bit rate among them, whenever they come."""
+        self._wanted_hz = rate_hz
 
     def request_idr(self) -> None:
         """The next picture becomes an IDR (a new watcher, a lost packet)."""
@@ -86,20 +91,23 @@ class Encoder:
         return AccessUnit(b"".join(bytes(packet) for packet in packets), any(packet.is_keyframe for packet in packets))
 
     def _follow_rate(self, idr: bool) -> bool:
-        """Whether the encoder was opened anew for another bit rate. (x264's rate buffer cannot be changed through PyAV, and
-        with the old buffer a new rate swings for seconds.) The IDR that follows fits the new buffer."""
+        """Whether the encoder was opened anew for another bit or picture rate. (x264's rate buffer cannot be changed through
+        PyAV, and with the old buffer a new rate swings for seconds.) The IDR that follows fits the new buffer."""
         wanted_bps = applied_bps(self._applied_bps, allowed_bps(self._rate, self._limits), idr)
-        if wanted_bps == self._applied_bps:
+        wanted = wanted_bps, self._wanted_hz
+        if wanted == (self._applied_bps, self._applied_hz):
             return False
-        self._applied_bps = wanted_bps
-        self._context = _open_context(self._calibration, self._settings, wanted_bps)
+        self._applied_bps, self._applied_hz = wanted
+        self._context = _open_context(self._calibration, self._settings, *wanted)
         return True
 
 
-def _open_context(calibration: CameraCalibration, settings: VideoSettings, bitrate_bps: int) -> av.VideoCodecContext:
+def _open_context(
+    calibration: CameraCalibration, settings: VideoSettings, bitrate_bps: int, rate_hz: float
+) -> av.VideoCodecContext:
     context = av.CodecContext.create("libx264", "w")
     context.width, context.height, context.pix_fmt = calibration.width_px, calibration.height_px, "yuv420p"
-    context.framerate = Fraction(calibration.frame_rate_hz).limit_denominator(1001)
+    context.framerate = Fraction(rate_hz).limit_denominator(1001)
     context.time_base = _TIME_BASE
     context.bit_rate = bitrate_bps
     context.thread_count = settings.encoder_threads
@@ -108,7 +116,7 @@ def _open_context(calibration: CameraCalibration, settings: VideoSettings, bitra
         "tune": "zerolatency",
         "forced-idr": "1",
         "maxrate": str(bitrate_bps),
-        "bufsize": str(round(bitrate_bps / calibration.frame_rate_hz * settings.vbv_frames)),
+        "bufsize": str(round(bitrate_bps / rate_hz * settings.vbv_frames)),
         "x264-params": "keyint=infinite:scenecut=0:bframes=0:repeat-headers=1",  # we time the IDR
     }
     return context
