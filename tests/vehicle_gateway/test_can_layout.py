@@ -2,7 +2,7 @@
 
 import pytest
 
-from vehicle_gateway.can.layout import database_in, layouts
+from vehicle_gateway.can.layout import Layout, database_in, layout_of, layouts
 from wire.configuration import ConfigurationError
 
 
@@ -17,3 +17,40 @@ def test_a_dbc_that_is_not_there_or_is_none_is_told_by_file_and_fix(tmp_path):
 
 def test_every_frame_names_its_protection():
     assert {layout.protection for layout in layouts().values()} == {"E2E Profile 1"}
+
+
+DBC = """VERSION ""
+BU_: GATEWAY
+BO_ 100 TIMED: 8 GATEWAY
+ SG_ ANGLE : 16|16@1- (0.001,0) [-10|10] "rad" GATEWAY
+BO_ 101 SILENT: 8 GATEWAY
+ SG_ ANGLE : 16|16@1- (0.001,0) [-10|10] "rad" GATEWAY
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_DEF_ BO_ "GenMsgDelayTime" INT 0 65535;
+BA_DEF_ BO_ "E2EDataId" INT 0 65535;
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_DEF_DEF_ "GenMsgDelayTime" 0;
+BA_DEF_DEF_ "E2EDataId" 0;
+BA_ "GenMsgCycleTime" BO_ 100 20;
+BA_ "GenMsgDelayTime" BO_ 100 7;
+BA_ "E2EDataId" BO_ 100 4711;
+"""
+
+
+def test_a_dbc_says_how_often_a_frame_comes_and_how_far_apart_and_where_it_does_not_4_ms_count(tmp_path):
+    file = tmp_path / "car.dbc"
+    file.write_text(DBC)
+    timed, silent = (layout_of(database_in(file).get_message_by_name(name), ("ANGLE",)) for name in ("TIMED", "SILENT"))
+    assert (timed.cycle_ms, timed.least_period_ms, timed.data_id) == (20, 7, 4711)
+    assert (silent.cycle_ms, silent.least_period_ms, silent.data_id) == (0, 4, 0)
+    bare = Layout(name="bare", arbitration_id=1, size=8, data_id=1, fields=())
+    assert (bare.cycle_ms, bare.least_period_ms) == (0, 4)
+
+
+@pytest.mark.parametrize("values", [(), (0.1, 0.2)])
+def test_too_few_or_too_many_values_are_an_error_and_never_a_shorter_frame(tmp_path, values):
+    file = tmp_path / "car.dbc"
+    file.write_text(DBC)
+    layout = layout_of(database_in(file).get_message_by_name("TIMED"), ("ANGLE",))
+    with pytest.raises(ValueError, match="zip"):
+        layout.pack(values, 1)

@@ -1,6 +1,6 @@
 """Each bound of the gate alone, with the figure worked out by hand and the name that the recording carries."""
 
-from math import atan
+from math import atan, inf, nan
 
 import pytest
 
@@ -16,6 +16,30 @@ def sent(requested, previous, speed=5.0, cap=100.0, moving_hands=False):
 
     result = gate(ask(requested), ask(previous), speed, cap, moving_hands, 0.01, CAR, GateLimits())
     return result.actuation.acceleration_m_s2, result.rules
+
+
+@pytest.mark.parametrize("bad", [nan, inf, -inf])
+@pytest.mark.parametrize("before", [1.5, -1.5])
+def test_what_is_no_number_is_replaced_alone_and_told(bad, before):
+    def ask(angle, acceleration):
+        return Actuation(road_wheel_angle_rad=angle, acceleration_m_s2=acceleration, gear=Gear.DRIVE)
+
+    def applied(requested):
+        result = gate(requested, ask(0.02, before), 5.0, 100.0, False, 0.01, CAR, GateLimits())
+        return result.actuation.road_wheel_angle_rad, result.actuation.acceleration_m_s2, result.rules
+
+    assert applied(ask(bad, -0.5)) == (0.02, -0.5, ("not a number",))  # the wheel stays, the braking counts
+    calm = min(before, 0.0)  # traction ends, and braking goes on
+    assert applied(ask(0.021, bad)) == (0.021, calm, ("not a number",))
+    assert applied(ask(bad, bad)) == (0.02, calm, ("not a number",))
+
+
+def test_another_gear_while_moving_is_refused_by_name_and_takes_no_traction_along():
+    requested = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=1.0, gear=Gear.REVERSE)
+    previous = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=1.0, gear=Gear.DRIVE)
+    result = gate(requested, previous, 5.0, 100.0, False, 0.01, CAR, GateLimits())
+    assert (result.actuation.gear, result.actuation.acceleration_m_s2) == (Gear.DRIVE, 0.0)
+    assert result.rules == ("gear while moving",)
 
 
 @pytest.mark.parametrize(
