@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from cryptography import x509
 
 from wire.authority import VALID, Pair, common_name, hosts_of, is_issued_by, issue, life_of, new_authority, read_pair
+from wire.failures import CertificateError as CertificateError
 from wire.messages.base import encode
 from wire.private_file import refusal
 from wire.revocation import NOTHING, Revocations, read_revocations, with_revoked
@@ -23,10 +24,6 @@ REVOKED = "revoked.json"
 RENEW_BEFORE = timedelta(days=1)  # ours: of what lives long; of what lives shorter than four days a quarter
 MAKE = "make them with: tower certificates"
 IMPORT = "import a bundle with: tower certificates import FILE"
-
-
-class CertificateError(Exception):
-    """Certificates are missing or cannot be used; the text names the fix."""
 
 
 def default_folder() -> Path:

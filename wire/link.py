@@ -4,18 +4,21 @@ A thin shell over one Zenoh session. Callbacks run on library threads and only d
 and counted by reason. Nothing here decides anything. Facts and measurements behind the settings: ARCHITECTURE.md, "The link".
 """
 
-import atexit
 import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any
 
 import zenoh
 
+from wire import farewell
 from wire.clock import Clock
 from wire.endpoint import Endpoint
+from wire.failures import LinkError as LinkError
+from wire.failures import Stopped as Stopped
 from wire.latest import EventQueue, Latest
 from wire.link_threads import Known, receive_on_one_thread, threads_with
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
@@ -24,12 +27,9 @@ from wire.reach import told_why
 from wire.settings import LinkSettings
 from wire.site import dialled, listened, own_hub, site_of
 from wire.topics import QUERIES, TOPICS, Kind, Role, Travel, key
-from wire.transport import LinkError as LinkError
 from wire.transport import session_configuration, tls_of, warn_of_unnamed
 
 _TRIES_BEFORE_TOLD = 5  # of about a second each
-_CLOSE_PATIENCE_S = 1.0
-_FAREWELL_LONGEST_S = 15.0
 _MESSAGE_MAX_BYTES = 1_000_000  # ours: ten times the largest message seen (one IDR picture)
 _KNOWN = Known()
 
@@ -40,10 +40,6 @@ _TRAVEL: dict[Travel, tuple[zenoh.Priority, zenoh.Reliability, zenoh.CongestionC
     Travel.RECORD: (zenoh.Priority.DATA_LOW, zenoh.Reliability.RELIABLE, zenoh.CongestionControl.BLOCK),
     Travel.BULK: (zenoh.Priority.DATA, zenoh.Reliability.RELIABLE, zenoh.CongestionControl.DROP),
 }
-
-
-class Stopped(Exception):
-    """The program was asked to stop while it waited for its hub."""
 
 
 @contextmanager
@@ -75,31 +71,7 @@ def open_link(
         with told_why(tls_of(settings, role), places, lambda: link.sites):
             yield link
     finally:
-        _close(session)
-
-
-_farewells: set[threading.Thread] = set()  # that nobody waits for any more
-
-
-def _close(session: zenoh.Session) -> None:
-    """Say goodbye, but not for long: with the hub gone a client's farewell is waited for in vain for nine seconds (measured)."""
-    farewell = threading.Thread(target=_say_goodbye, args=(session,), daemon=True)
-    farewell.start()
-    farewell.join(_CLOSE_PATIENCE_S)
-    if farewell.is_alive():
-        _farewells.add(farewell)
-
-
-def farewells() -> frozenset[threading.Thread]:
-    """Those still being said. An interpreter that ends meanwhile is aborted: the thread is inside Zenoh and cannot be unwound."""
-    return frozenset(each for each in _farewells if each.is_alive())
-
-
-@atexit.register
-def _wait_for_farewells() -> None:
-    """Where the process is not a program of ours, which leaves at once (wire.process)."""
-    for each in farewells():
-        each.join(_FAREWELL_LONGEST_S)
+        farewell.say(partial(_say_goodbye, session))
 
 
 def _say_goodbye(session: zenoh.Session) -> None:

@@ -10,9 +10,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from wire import logs
-from wire.certificates import CertificateError
 from wire.configuration import ConfigurationError
-from wire.link import LinkError, Stopped, farewells
+from wire.failures import CertificateError, LinkError, Stopped
+from wire.farewell import farewells
 
 USER_ERROR = 2  # exit code for what the user can fix
 

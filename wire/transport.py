@@ -13,6 +13,7 @@ import zenoh
 from wire import certificates
 from wire.access import access_control, admitted
 from wire.endpoint import EVERYWHERE
+from wire.failures import LinkError
 from wire.revocation import Revocations
 from wire.settings import LinkSettings
 from wire.site import dialled, listened, own_hub, site_of, vehicles
@@ -21,10 +22,6 @@ from wire.topics import Role
 log = logging.getLogger(__name__)
 
 _OPEN_TIMEOUT_MS = 1000  # how long one attempt to reach the hub may take before SIGTERM is looked at again
-
-
-class LinkError(Exception):
-    """The link cannot be opened; the text names the fix."""
 
 
 def session_configuration(settings: LinkSettings, role: Role, hub: bool, waits: bool = True) -> zenoh.Config:

@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 from benchmarks.virtual_gamepad import WHEEL, VirtualJoystick
 from tower.devices.attached import Attached, Joystick, attached, picked
 from tower.devices.calibration import NotClear, Shown, calibrated, moved, taught
+from tower.devices.dialogue import Fault, finish, starting_profile
 from tower.devices.found import Node
 from tower.devices.interview import calibrate, learn
 from tower.devices.known import KNOWN, through_evdev
 from tower.devices.profile import EVDEV, SDL, problems, steering_share, travel
-from tower.devices.program import Fault, finish, starting_profile
 from tower.devices.sdl_source import Sdl, SdlSource
 from tower.devices.switches import Control
 from tower.program import application

@@ -83,3 +83,11 @@ def test_who_stands_back_does_so_with_its_session_and_never_with_somebody_elses(
     command = [sys.executable, "-c", child] if own_session else [sys.executable, "-c", leader, sys.executable, "-c", child]
     told = subprocess.run(command, check=True, capture_output=True, text=True, start_new_session=True, timeout=30).stdout.split()
     assert f"{told[1]} {told[2]}" == said
+
+
+@pytest.mark.parametrize("program", ["tower.program", "vehicle_gateway.program"])
+def test_a_program_is_named_without_loading_what_only_some_of_its_commands_need(program: str):
+    """The wheel's forces start through one of them, and until they have started the wheel has none."""
+    told = f"import sys, {program}; print(*sorted({{'cryptography', 'rich', 'zenoh'}} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == ""
