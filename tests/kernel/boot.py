@@ -5,6 +5,7 @@ read-only under a tmpfs: the same .venv runs inside, and nothing it does comes o
 with and without /dev/kvm. Kernel and initramfs lie in .kernel/, outside git. Exit code: pytest's; 2 when the guest cannot be had.
 """
 
+import compileall
 import gzip
 import lzma
 import os
@@ -35,7 +36,7 @@ IMAGES = ("linux-image-amd64", "linux-image-generic")  # Debian's (not its cloud
 BEFORE_ROOT = ("virtio_pci", "virtio_rng", "9pnet_virtio", "9p", "overlay")
 COMMAND_LINE = (
     "console=ttyS0 quiet loglevel=3 panic=-1 mitigations=off audit=0 nowatchdog random.trust_cpu=on tsc=reliable "
-    "rdinit=/init tower.kernel-guest"
+    "norandmaps transparent_hugepage=never rcupdate.rcu_expedited=1 rdinit=/init tower.kernel-guest"
 )
 
 
@@ -51,7 +52,14 @@ def main(arguments: list[str]) -> int:
     except Missing as missing:
         print(f"make test-kernel: {missing}", file=sys.stderr)
         return CANNOT
+    compile_ours()
     return run_guest(write_initramfs(arguments))
+
+
+def compile_ours() -> None:
+    """Bytecode of our modules: the guest reads it, and what it compiles itself is gone with it."""
+    for room in sorted({module.parent for module in REPOSITORY.glob("*/__init__.py")} | {HERE}):
+        compileall.compile_dir(room, quiet=2)
 
 
 def ensure_tools() -> None:

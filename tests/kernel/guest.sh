@@ -8,7 +8,8 @@ cd "$1" && shift
 modprobe -d .kernel/linux -a vcan can-raw uinput evdev veth sch_netem
 ip link set lo up
 echo "KERNEL-GUEST up: kernel $(uname -r) after $(cut -d' ' -f1 /proc/uptime) s"
-.venv/bin/pytest -p no:cacheprovider -p no:hypothesispytest --color=no -vv tests/kernel "$@"
+.venv/bin/python tests/kernel/starter.py /run/starter &
+PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 .venv/bin/pytest -p no:cacheprovider --color=no -vv tests/kernel "$@"
 echo "KERNEL-GUEST exit $?"
 echo o > /proc/sysrq-trigger
 while :; do :; done

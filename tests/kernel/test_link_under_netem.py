@@ -7,8 +7,6 @@ the gateway decides, by the age of its echo.
 """
 
 import re
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -21,7 +19,6 @@ from wire import certificates
 from wire.clock import Clock
 from wire.settings import LinkSettings
 
-END = Path(__file__).parent / "link_end.py"
 SITES = ("car", "tower")
 CAR_ADDRESS, TOWER_ADDRESS = "10.83.0.1", "10.83.0.2"
 PORT = 7460
@@ -29,14 +26,16 @@ MOBILE = "delay 20ms 3ms loss 2%"  # each way: a fair mobile connection
 POOR = "delay 20ms 3ms loss 10%"
 BLACK = "loss 100%"
 LEASE_MS = LinkSettings().lease_ms
+HELD_UP_1_S = 40.0  # of 50 commands a second; a tower that sends fewer was held up by a busy machine, and its link may have ended
+TRIES = 3
 EMULATED_MS = 400.0  # that much longer a command may take through two emulated processes
 
 
 class Ends:
     """Both ends and everything that has arrived at the car's."""
 
-    def __init__(self, stack: ExitStack, system, folder: Path) -> None:
-        self._stack, self._system = stack, system
+    def __init__(self, stack: ExitStack, system, start, folder: Path) -> None:
+        self._stack, self._system, self._start = stack, system, start
         self.commands: list[tuple[int, int, int]] = []  # number, sent, received
         self.stops: dict[int, tuple[int, int]] = {}
         trusted = folder / "certificates"
@@ -54,9 +53,8 @@ class Ends:
             self._stack.callback(self._system, f"ip netns delete {site}")
         self._system("ip link add to-tower netns car type veth peer name to-car netns tower")
         for site, interface, address in (("car", "to-tower", CAR_ADDRESS), ("tower", "to-car", TOWER_ADDRESS)):
-            self._system(f"ip -n {site} address add {address}/24 dev {interface}")
-            for name in ("lo", interface):
-                self._system(f"ip -n {site} link set {name} up")
+            up = (f"link set {name} up" for name in ("lo", interface))
+            self._system(f"ip -n {site} -batch -", f"address add {address}/24 dev {interface}", *up)
 
     def under(self, netem: str) -> int:
         """Both directions do this from now on; when that was so [ns]."""
@@ -70,13 +68,7 @@ class Ends:
 
     def start(self, site: str) -> None:
         settings = msgspec.json.encode(self._settings[site]).decode()
-        process = subprocess.Popen(
-            ["ip", "netns", "exec", site, sys.executable, str(END), site, settings],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            bufsize=1,
-        )
+        process = self._start("link_end.py", site, settings, namespace=site, piped=True)
         reader = threading.Thread(target=self._listen, args=(process,))
         reader.start()
         self._stack.callback(reader.join)
@@ -85,7 +77,7 @@ class Ends:
         if site == "tower":
             self._keys = process.stdin
 
-    def _listen(self, process: subprocess.Popen[str]) -> None:
+    def _listen(self, process) -> None:
         for line in process.stdout:
             what, *numbers = line.split()
             number, sent_ns, received_ns = map(int, numbers)
@@ -102,9 +94,9 @@ class Ends:
 
 
 @pytest.fixture(scope="module")
-def ends(system, tmp_path_factory) -> Iterator[Ends]:
+def ends(system, start, tmp_path_factory) -> Iterator[Ends]:
     with ExitStack() as stack:
-        made = Ends(stack, system, tmp_path_factory.mktemp("link"))
+        made = Ends(stack, system, start, tmp_path_factory.mktemp("link"))
         made.join()
         made.under(POOR)
         for site in SITES:
@@ -116,12 +108,23 @@ def test_the_link_comes_up_at_ten_percent_loss_and_commands_arrive(ends, until):
     until(lambda: len(ends.commands) > 20, "declarations survive loss: they travel on reliable streams")
 
 
-def test_commands_over_a_mobile_connection_come_soon_and_once(ends, until, figure):
-    began_ns = ends.under(MOBILE)
+def next_commands(ends, until) -> tuple[list[tuple[int, int, int]], float, float]:
+    """Three hundred of them, what share they are of those sent meanwhile, and how many were sent a second."""
+    began_ns = Clock().now_ns()
     until(lambda: len(ends.since(began_ns)) > 320, "commands flow")
     seen = ends.since(began_ns)[20:]
+    first, last = min(seen), max(seen)
+    sent = last[0] - first[0] + 1
+    return seen, len(seen) / sent, (sent - 1) * 1e9 / (last[1] - first[1])
+
+
+def test_commands_over_a_mobile_connection_come_soon_and_once(ends, until, figure):
+    ends.under(MOBILE)
+    for _ in range(TRIES):
+        seen, share, sent_1_s = next_commands(ends, until)
+        if share > 0.9 or sent_1_s > HELD_UP_1_S:
+            break
     ages_ms = sorted((received - sent) / 1e6 for _, sent, received in seen)
-    share = len(seen) / (max(seen)[0] - min(seen)[0] + 1)
     p50, p99 = ages_ms[len(ages_ms) // 2], ages_ms[int(len(ages_ms) * 0.99)]
     figure(f"link, {MOBILE}: {share:.1%} of {len(seen)} commands arrive, age p50 {p50:.0f} ms, p99 {p99:.0f} ms")
     assert ages_ms[0] > 15.0, "netem does nothing: the figures would be worthless"
@@ -137,7 +140,7 @@ def test_after_a_blackout_no_command_older_than_the_lease_arrives_but_the_stop_p
     began_ns, dropped = ends.under(BLACK), ends.dropped()
     ends.press_stop()
     threading.Event().wait(blackout_s)
-    assert ends.dropped() > dropped, "there was no blackout"
+    until(lambda: ends.dropped() > dropped, "there is a blackout")  # a busy machine may not have let the tower send anything yet
     assert stop not in ends.stops
     over_ns = ends.under(MOBILE)
     until(lambda: len([sent for _, sent, _ in ends.since(over_ns) if sent > over_ns]) > 50, "commands flow again")

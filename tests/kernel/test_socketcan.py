@@ -36,12 +36,9 @@ ECU_TIMEOUT_MS = 1000.0  # instead of 100: the guest is emulated, and a busy mac
 
 @pytest.fixture(autouse=True)
 def interfaces(system):
-    for name in ("vcan0", "vcan1"):
-        system(f"ip link add dev {name} type vcan")
-        system(f"ip link set {name} up")
+    system("ip -batch -", *(f"link add dev {name} up type vcan" for name in ("vcan0", "vcan1")))
     yield
-    for name in ("vcan0", "vcan1"):
-        system(f"ip link delete {name}")
+    system("ip -batch -", *(f"link delete {name}" for name in ("vcan0", "vcan1")))
 
 
 @contextmanager

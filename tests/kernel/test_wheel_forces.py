@@ -5,10 +5,8 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -27,10 +25,9 @@ WORTH = 320  # forces come in slowly, and their last step may be too small to be
 
 
 class G920:
-    def __init__(self) -> None:
+    def __init__(self, start) -> None:
         self.said: list[dict] = []
-        command = [sys.executable, str(Path(__file__).parent / "g920.py")]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        self._process = start("g920.py", piped=True)
         self._reader = threading.Thread(target=self._listen)
         self._reader.start()
 
@@ -66,8 +63,8 @@ def forces_process() -> int:
 
 
 @pytest.fixture
-def wheel() -> Iterator[G920]:
-    it = G920()
+def wheel(start) -> Iterator[G920]:
+    it = G920(start)
     it.do("plug")
     yield it
     it.end()
