@@ -4,10 +4,13 @@ Pure. Who depends on what follows from who drives (vehicle_gateway.authority); t
 """
 
 from dataclasses import dataclass
+from math import sqrt
+from typing import Protocol
 
 from vehicle_gateway.authority import DRIVES, Source
 from vehicle_gateway.safe_stop import stopping_distance_m
 from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.video.picture_motion import LOOK_NS, STILL_M, STILL_NS
 from wire.configuration import read_sections, shipped
 from wire.messages.vehicle import Mode
 
@@ -17,8 +20,14 @@ PICTURE_AGE_S = 0.1  # the last picture before the fault was up to this old when
 BRAKE_CLOSING_M_S3 = 50.0  # the car's own brakes close with their lag of 60 ms: 6 m/s2 in about 0.12 s
 FORMULA = (
     "bound = v' t + v' t_j - j t_j^3 / 6 + v_j^2 / (2 b)   with t = notice + actuation, v' = v + 2.0 m/s2 * t, "
-    "t_j = b / j, v_j = v' - b t_j / 2"
+    "t_j = b / j, v_j = v' - b t_j / 2; noticed by d metres: v_1 = sqrt(v^2 + 2 * 2.0 m/s2 * d) "
+    "for v, max(d, v_1 * 1 s) on top"
 )
+
+
+class Bound(Protocol):
+    def bound_m(self, speed_m_s: float) -> float:
+        """How far the car may roll at most, from a fault at this speed to standstill."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +41,19 @@ class Braking:
     def bound_m(self, speed_m_s: float) -> float:
         reaction_s = self.notice_s + ACTUATION_S
         return stopping_distance_m(speed_m_s + TRACTION_M_S2 * reaction_s, reaction_s, self.braking_m_s2, self.jerk_m_s3)
+
+
+@dataclass(frozen=True, slots=True)
+class NoticedByMetres:
+    """What is noticed only by driving: so many metres, and so long at least, at full traction; then `then`."""
+
+    metres: float
+    least_s: float
+    then: Braking
+
+    def bound_m(self, speed_m_s: float) -> float:
+        noticed_m_s = sqrt(speed_m_s**2 + 2 * TRACTION_M_S2 * self.metres)
+        return max(self.metres, noticed_m_s * self.least_s) + self.then.bound_m(noticed_m_s)
 
 
 _GATEWAY: VehicleGatewaySettings = read_sections(shipped("simulated.toml"), {"vehicle_gateway": VehicleGatewaySettings})[
@@ -50,6 +72,8 @@ _SILENT_ECU = Braking(
     _GATEWAY.simulation.demand_timeout_ms / 1e3, _GATEWAY.simulation.actuators.self_closing_m_s2, BRAKE_CLOSING_M_S3
 )
 _NO_PICTURE = after(_FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3)
+
+STILL_PICTURE = NoticedByMetres(STILL_M, STILL_NS / 1e9, after(LOOK_NS / 1e6 + _FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3))
 
 _ALWAYS = {"gateway": _SILENT_GATEWAY, "ecu": _SILENT_ECU}
 _DEPENDS: dict[Source, dict[str, Braking]] = {

@@ -1,20 +1,23 @@
 """The kinds of faults, one row each: what is done, what has to become of the car, and the bound if it has to stand.
 
-A kind is done to a warm rig (benchmarks.warm_rig) while the operator drives. `hurt` begins it and gives what ends it, if anything
-besides the rig's own healing. STANDS: the car must stand within the bound. GOES_ON: it must not stop. SAFE: either, as the limits
+A kind is done to a warm rig (benchmarks.warm_rig) while the operator drives. `arm` brings what has to be there beforehand and gives
+what begins it, which gives what ends it, if anything besides the rig's own healing.
+STANDS: the car must stand within the bound. GOES_ON: it must not stop. SAFE: either, as the limits
 say; if it stops, within the bound from where it began to. Bounds come from the configuration (benchmarks.fault_bounds).
 """
 
 import resource
 import signal
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from enum import StrEnum
 from typing import NamedTuple
 
-from benchmarks.fault_bounds import Braking, after, stops
+from benchmarks.fault_bounds import STILL_PICTURE, Bound, after, stops
 from benchmarks.impairment import Impairment
-from benchmarks.warm_rig import TOWER, WarmRig, pause, run_in
+from benchmarks.intruder import READY
+from benchmarks.warm_rig import TOWER, WarmRig, pause, run_in, wait_for_line
 from wire.messages.vehicle import Mode
 
 
@@ -26,8 +29,10 @@ class Fate(StrEnum):
 
 End = Callable[[], None]
 Hurt = Callable[[WarmRig], End]
+Arm = Callable[[WarmRig], AbstractContextManager[Hurt]]  # what has to be there before the instant; leaving it ends it
 PICTURE_AND_COMMAND_MS = 500.0  # the command's limit is the longer one of the two
 HOUR_S = 3600
+READY_S = 30.0  # an intruder's program on a busy machine
 SLOW_WRITE_S = 1.0  # each write of the recorder
 LOOP_MS = 2500.0  # a slow loop: the p95 of a second above its limit, for one second more, and half a second of itself
 
@@ -36,8 +41,8 @@ class Kind(NamedTuple):
     name: str
     what: str
     fate: Fate
-    braking: Braking | None
-    hurt: Hurt
+    braking: Bound | None
+    arm: Arm
     lasts_s: float = 3.0  # how long it lasts, or is watched
 
 
@@ -45,15 +50,20 @@ def nothing() -> None:
     """Healed by the rig."""
 
 
-def sent(name: str, how: signal.Signals) -> Hurt:
+def at_once(hurt: Hurt) -> Arm:
+    """Nothing has to be there beforehand."""
+    return lambda rig: nullcontext(hurt)
+
+
+def sent(name: str, how: signal.Signals) -> Arm:
     def hurt(rig: WarmRig) -> End:
         rig.send(name, how)
         return nothing
 
-    return hurt
+    return at_once(hurt)
 
 
-def stalled(name: str, seconds: float) -> Hurt:
+def stalled(name: str, seconds: float) -> Arm:
     """Stopped and let go on again."""
 
     def hurt(rig: WarmRig) -> End:
@@ -62,10 +72,10 @@ def stalled(name: str, seconds: float) -> Hurt:
         rig.send(name, signal.SIGCONT)
         return nothing
 
-    return hurt
+    return at_once(hurt)
 
 
-def way(forward: Impairment, back: Impairment | None = None, seconds: float | None = None) -> Hurt:
+def way(forward: Impairment, back: Impairment | None = None, seconds: float | None = None) -> Arm:
     """Both directions, until the rig heals or for so long. forward: from the tower to the car."""
 
     def hurt(rig: WarmRig) -> End:
@@ -75,30 +85,39 @@ def way(forward: Impairment, back: Impairment | None = None, seconds: float | No
             rig.way.be()
         return nothing
 
-    return hurt
+    return at_once(hurt)
 
 
-def intruder(what: str, at_tower: bool) -> Hurt:
-    def hurt(rig: WarmRig) -> End:
+def intruder(what: str, at_tower: bool) -> Arm:
+    @contextmanager
+    def arm(rig: WarmRig) -> Iterator[Hurt]:
         site = rig.sites.tower if at_tower else rig.sites.car
         elsewhere = 19 if at_tower else 0  # from a computer of its own he would take no time from the car's
-        return ended_with(run_in(site, "benchmarks.intruder", what, str(site.config), niceness=elsewhere))
-
-    return hurt
-
-
-def ended_with(process: "subprocess.Popen[bytes]") -> End:
-    def end() -> None:
-        process.terminate()
+        process = run_in(site, "benchmarks.intruder", what, str(site.config), niceness=elsewhere)
         try:
-            process.wait(10.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+            wait_for_line(process, READY, READY_S)
 
-    return end
+            def begin(rig: WarmRig) -> End:
+                process.send_signal(signal.SIGUSR1)
+                return nothing
+
+            yield begin
+        finally:
+            ended(process)
+
+    return arm
 
 
+def ended(process: "subprocess.Popen[bytes]") -> None:
+    process.terminate()
+    try:
+        process.wait(10.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+@at_once
 def disk_refuses(rig: WarmRig) -> End:
     """No file of the recorder may grow any more."""
     pid = rig.pid("recorder")
@@ -112,17 +131,20 @@ def disk_refuses(rig: WarmRig) -> End:
     return end
 
 
+@at_once
 def disk_slow(rig: WarmRig) -> End:
     rig.disk.delay_s = SLOW_WRITE_S
     return nothing
 
 
+@at_once
 def clock_steps(rig: WarmRig) -> End:
     """The operator's computer starts again, and its clock is an hour on."""
     rig.sites.tower.clock_s += HOUR_S
     return killed_and_started(rig, *TOWER)
 
 
+@at_once
 def power_cycle(rig: WarmRig) -> End:
     """Everything in the car loses its power at once, but the world and its actuators; all of it starts again while it moves."""
     return killed_and_started(rig, "gateway", "ecu", "autonomy", "video", "recorder")
@@ -181,7 +203,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("forged", "commands without the lease's key", Fate.GOES_ON, None, intruder("forged", True), 5.0),
     Kind("second-operator", "another operator asks for the lease", Fate.GOES_ON, None, intruder("second", True), 5.0),
     Kind("stolen-key", "the operator's name and key, from elsewhere", Fate.GOES_ON, None, intruder("stolen", True), 5.0),
-    Kind("frozen-world", "the same picture with fresh stamps", Fate.STANDS, after(5000.0), intruder("frozen", False), 8.0),
+    Kind("frozen-world", "the same road behind fresh noise and stamps", Fate.STANDS, STILL_PICTURE, intruder("frozen", False), 8.0),
     Kind("stuck-gnss", "the same position with fresh stamps", Fate.SAFE, _LOST, intruder("stuck", False), 6.0),
     Kind("repeated-frames", "the gateway's own CAN frames again", Fate.SAFE, _GATEWAY, intruder("frames", False), 5.0),
     Kind("clock-steps", "the tower starts again with its clock an hour on", Fate.STANDS, _LOST, clock_steps),

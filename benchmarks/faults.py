@@ -52,19 +52,20 @@ class Seen(NamedTuple):
 
 def shoot(rig: WarmRig, kind: Kind, number: int) -> Shot:
     """Wait for the instant, hurt, watch, and say what came of it; the rig is healed afterwards."""
-    pause(rig, random.Random(f"{kind.name}{number}").uniform(0.0, 2.0))
-    rig.wait_until("the operator drives", rig.drives, BACK_S)
-    before = rig.referee()[-1]
-    bound_m = kind.braking.bound_m(before.speed_m_s) if kind.fate is Fate.STANDS and kind.braking else None
-    print(f"       {kind.name:18s} {number}  v {before.speed_m_s:4.1f} m/s, expected: {expected(kind, bound_m)}", flush=True)
-    struck_s = time.monotonic()
-    end = kind.hurt(rig)
-    try:
-        seen = watch(rig, kind, before, struck_s)
-        shot = judged(rig, kind, before, bound_m, seen)
-    finally:
-        end()
-        rig.heal()
+    with kind.arm(rig) as hurt:
+        pause(rig, random.Random(f"{kind.name}{number}").uniform(0.0, 2.0))
+        rig.wait_until("the operator drives", rig.drives, BACK_S)
+        before = rig.referee()[-1]
+        bound_m = kind.braking.bound_m(before.speed_m_s) if kind.fate is Fate.STANDS and kind.braking else None
+        print(f"       {kind.name:18s} {number}  v {before.speed_m_s:4.1f} m/s, expected: {expected(kind, bound_m)}", flush=True)
+        struck_s = time.monotonic()
+        end = hurt(rig)
+        try:
+            seen = watch(rig, kind, before, struck_s)
+            shot = judged(rig, kind, before, bound_m, seen)
+        finally:
+            end()
+            rig.heal()
     return replace(shot, number=number, commit=present_commit())
 
 

@@ -1,5 +1,7 @@
 """Somebody who does not belong: `python -m benchmarks.intruder WHAT CONFIG`, until SIGTERM. For fault campaigns only.
 
+He gets ready, says `ready` on standard output, and begins with SIGUSR1.
+
 flood    another tower with the operator's certificate puts 10,000 junk messages a second on the command key
 forged   it sends well-formed commands with the current epoch and ever higher numbers, without the lease's key
 second   with the operator's certificate, another operator asks for the lease, twice a second
@@ -43,6 +45,7 @@ FLOOD_HZ, BURST = 10_000, 100
 JUNK = b'{"lease_epoch": 1, "sequence": NaN}' * 4
 AHEAD_NS = 30_000_000  # always newer than the genuine one
 ASK_S = 0.4  # for an answer
+READY, LOOK_S = "ready", 0.01
 FAR = 2**40  # a sequence number no cockpit comes to
 Tick = Callable[[int, int], None]  # number, now_ns
 Prepare = Callable[[Link, Link, Path], Tick]  # where it speaks, where it listens
@@ -130,6 +133,7 @@ def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
             settings = read_sections(config, {"wire": WireSettings})["wire"].link
             link, heard = (stack.enter_context(open_link(settings, role, clock, stop)) for role in (speaks, listens))
         tick = prepare(link, heard, config)
+        wait_for_the_word(stop)
         for number, now_ns in enumerate(stack.enter_context(Pace(1.0 / rate_hz, clock, stop))):
             tick(number, now_ns)
 
@@ -154,9 +158,19 @@ def on_the_bus(config: Path, stop: threading.Event) -> None:
 
     clock = Clock()
     with open_bus(settings.can, "vehicle", hear, clock) as bus, Pace(1.0 / FRAMES_HZ, clock, stop) as pace:
+        wait_for_the_word(stop)
         for _ in pace:
             for frame in newest:
                 bus.send(frame)
+
+
+def wait_for_the_word(stop: threading.Event) -> None:
+    """Ready. Begins with SIGUSR1, or is ended before."""
+    word = threading.Event()
+    signal.signal(signal.SIGUSR1, lambda *_: word.set())
+    print(READY, flush=True)
+    while not word.wait(LOOK_S) and not stop.is_set():
+        pass
 
 
 def main(kind: str, config: Path) -> int:

@@ -6,6 +6,7 @@ Needs root, `ip` and /dev/net/tun. The truth is the referee's own log.
 """
 
 import os
+import select
 import signal
 import subprocess
 import time
@@ -185,14 +186,21 @@ def said(rig: WarmRig) -> str:
 
 
 def run_in(machine: Machine, module: str, *arguments: str, niceness: int = 0) -> "subprocess.Popen[bytes]":
-    """A module of ours in a namespace."""
+    """A module of ours in a namespace; what it says can be read."""
     return subprocess.Popen(
         ["nice", "-n", str(niceness)] + machine.command("python", "-m", module, *arguments),
         stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
         stderr=(machine.folder / f"{module}.log").open("ab"),
         cwd=Path(__file__).resolve().parents[1],
     )
+
+
+def wait_for_line(process: "subprocess.Popen[bytes]", line: str, patience_s: float) -> None:
+    """Until it has said this. Raises RigError."""
+    says = process.stdout
+    if says is None or not select.select([says], [], [], patience_s)[0] or says.readline().decode().strip() != line:
+        raise RigError(f"a program of the rig did not say {line!r}")
 
 
 def pause(rig: WarmRig, seconds: float) -> None:

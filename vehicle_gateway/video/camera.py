@@ -4,16 +4,19 @@ It never queues. A picture that came while the last one was being encoded is rep
 the source gives nothing the last picture is sent again with its OLD stamp, so that a watcher sees it grow old.
 """
 
+import logging
 import threading
 import zlib
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from vehicle_gateway.video import picture_motion
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.freshness import Freshness, judge
 from vehicle_gateway.video.load import LATE_NS, is_late
 from vehicle_gateway.video.picture import Picture, Source, luma
+from vehicle_gateway.video.picture_motion import PictureMotion
 from vehicle_gateway.video.sei import stamp_nal
 from wire.clock import Clock
 from wire.messages.health import LoopHealth
@@ -23,6 +26,7 @@ from wire.pace import Lateness
 from wire.picture import EncodedPicture
 from wire.stamp import Stamp
 
+log = logging.getLogger(__name__)
 Deliver = Callable[[EncodedPicture, int], None]  # the picture, and the time it was ready
 _DIGEST_ROWS = 16  # one row in so many tells a new picture from a repeated one: the noise of a sensor is in every row
 _LOOK_S = 0.05  # how often a camera that is not wanted looks whether it is
@@ -49,15 +53,19 @@ class CameraLoop:
         clock: Clock,
         deliver: Deliver,
         is_wanted: Callable[[int], bool] = lambda now_ns: True,
+        speed_m_s: Callable[[int], float | None] = lambda now_ns: None,
     ) -> None:
-        """is_wanted: whether anybody needs pictures at that time; while nobody does none is encoded."""
+        """
+        is_wanted  whether anybody needs pictures at that time; while nobody does none is encoded
+        speed_m_s  of the car at that time, by its own sensors; None: not known
+        """
         self.calibration = calibration
         self.encoder = encoder
         self.rate_hz = calibration.frame_rate_hz
-        self._is_wanted = is_wanted
+        self._is_wanted, self._speed_m_s = is_wanted, speed_m_s
         self._source, self._clock, self._deliver = source, clock, deliver
         self._wait_s = max(_REPEAT_AFTER_S, 1.5 / calibration.frame_rate_hz)
-        self._freshness = Freshness()
+        self._freshness, self._motion = Freshness(), PictureMotion()
         self._lateness = Lateness(round(1e9 / calibration.frame_rate_hz))
         self._previous: Picture | None = None
         self._previous_ns: int | None = None
@@ -95,7 +103,10 @@ class CameraLoop:
     def step(self, picture: Picture, now_ns: int) -> None:
         """One picture, from the source or once more, to whoever receives them."""
         self._note_lateness(now_ns)
-        self._freshness = judge(self._freshness, _digest(picture), picture.capture_ns)
+        digest = _digest(picture)
+        if digest != self._freshness.digest:  # what comes again is old already
+            self._look(picture, now_ns)
+        self._freshness = judge(self._freshness, digest, picture.capture_ns, self._motion.still)
         stamp = Stamp(self._freshness.capture_ns, self._freshness.pictures & 0xFFFFFFFF)
         unit = self.encoder.encode(picture.frame, now_ns)
         ready_ns = self._clock.now_ns()
@@ -109,6 +120,16 @@ class CameraLoop:
         self._deliver(coded, ready_ns)
         self._encoded.append(_Encoded(ready_ns, len(coded.annex_b), ready_ns - now_ns, ready_ns - stamp.capture_ns))
         self._previous, self._previous_ns = picture, now_ns
+
+    def _look(self, picture: Picture, now_ns: int) -> None:
+        """Does it move as the car does? A file shows another road, and is no camera anyway."""
+        speed_m_s = self._speed_m_s(now_ns)
+        if self._source.is_camera and picture_motion.is_due(self._motion, speed_m_s, now_ns):
+            before, seen = self._motion, picture_motion.cells(luma(picture.frame))
+            self._motion = picture_motion.judge(before, seen, speed_m_s, now_ns)
+            if self._motion.still != before.still:
+                word = "stands still while the car moves" if self._motion.still else "moves again"
+                log.warning("camera %s: the picture %s", self.calibration.name, word)
 
     def _note_lateness(self, now_ns: int) -> None:
         if self._previous_ns is not None:
@@ -145,7 +166,11 @@ class CameraLoop:
         return [each for each in tuple(self._encoded) if now_ns - each.ready_ns <= _SECOND_NS]
 
     def health(self, process: str, now_ns: int) -> LoopHealth:
-        dropped = {"pictures skipped": self._source.skipped, "source lost": self._source.losses}
+        dropped = {
+            "pictures skipped": self._source.skipped,
+            "source lost": self._source.losses,
+            "picture stood still while the car moved": self._motion.times,
+        }
         return self._lateness.health(
             process,
             f"camera {self.calibration.name}",

@@ -34,6 +34,7 @@ log = logging.getLogger(__name__)
 PROCESS = PROGRAMS[Role.VIDEO]
 _STATUS_PERIOD_S = 0.2
 _HEALTH_EVERY = 5  # statuses
+_SPEED_AGE_MAX_NS = 200_000_000  # told at 50 Hz, from feedback at 100 Hz
 
 
 class SenderLink(Protocol):
@@ -51,11 +52,13 @@ class Wishes:
 
     def __init__(self, link: SenderLink) -> None:
         self._rear_ns: int | None = None
+        self._speed: tuple[float, int] | None = None  # m/s, and when the car measured it
         self._control = ControlLoops()
         link.on("vehicle_state", self._hear_state)
         link.on("car_health", self._hear_health)
 
     def _hear_state(self, state: VehicleState, received_ns: int) -> None:
+        self._speed = state.speed_m_s, received_ns - round(state.feedback_age_ms * 1e6)
         if is_rear_asked_for(state):
             self._rear_ns = received_ns
 
@@ -64,6 +67,11 @@ class Wishes:
 
     def is_rear_wanted(self, now_ns: int) -> bool:
         return is_rear_wanted(self._rear_ns, now_ns)
+
+    def speed_m_s(self, now_ns: int) -> float | None:
+        """As the car measured it last; None when that is too long ago."""
+        speed = self._speed
+        return speed[0] if speed is not None and now_ns - speed[1] <= _SPEED_AGE_MAX_NS else None
 
     def control_was_late(self) -> bool:
         """Since this was last asked."""
@@ -147,6 +155,7 @@ def video_sender(
                 clock,
                 partial(_deliver, link, sessions),
                 wishes.is_rear_wanted if calibration.name == REAR else lambda now_ns: True,
+                wishes.speed_m_s,
             )
             for calibration in calibrations
         ]
