@@ -26,15 +26,18 @@ from wire.messages.base import Message
 
 DEVICE = "way"
 MTU = 1500
+NEITHER = (False, False)
 _CLONE_NEWNET = 0x40000000  # linux/sched.h
 _TUNSETIFF, _IFF_TUN, _IFF_NO_PI = 0x400454CA, 0x0001, 0x1000  # linux/if_tun.h
 
 
 class Both(Message):
-    """What either direction does from now on."""
+    """What either direction does from now on, and what becomes of the packets that are under way: (forward, back)."""
 
     forward: Impairment = Impairment()
     back: Impairment = Impairment()
+    held: tuple[bool, bool] = NEITHER  # nothing comes out; all of it does, in its order, when this is over
+    lost: tuple[bool, bool] = NEITHER  # what is under way at this moment never comes out
 
 
 def tun_in(namespace: str, address: str) -> int:
@@ -50,41 +53,46 @@ def tun_in(namespace: str, address: str) -> int:
     return descriptor
 
 
+_Due = tuple[int, int, bytes]  # when it is due, its number, the packet
+
+
 class Relay:
     """Both directions and what is under way in them."""
 
     def __init__(self, ends: tuple[int, int], seed: int = 1) -> None:
         self._ends = ends
         self._ways = [Way(), Way()]
-        self._under_way: list[tuple[int, int, int, bytes]] = []  # due, order, which end it leaves at
+        self._under_way: tuple[list[_Due], list[_Due]] = ([], [])  # by the end it came in at
         self._count = 0
         self._draw = random.Random(seed)
         self.setting = Both()
 
     def step(self, keys: IO[bytes]) -> bool:
         """Wait for the next thing to do and do it. False when there are no more instructions to come."""
-        wait_s = max((self._under_way[0][0] - monotonic_ns()) / 1e9, 0.0) if self._under_way else None
+        due_ns = [waiting[0][0] for waiting, held in zip(self._under_way, self.setting.held, strict=True) if waiting and not held]
+        wait_s = max((min(due_ns) - monotonic_ns()) / 1e9, 0.0) if due_ns else None
         ready, _, _ = select.select([*self._ends, keys.fileno()], [], [], wait_s)
-        for end, other in ((0, 1), (1, 0)):
+        for end in (0, 1):
             if self._ends[end] in ready:
-                self._take(end, other)
-        self._let_out()
+                self._take(end)
+            if not self.setting.held[end]:
+                self._let_out(self._under_way[end], self._ends[1 - end])
         return keys.fileno() not in ready or self._obey(keys)
 
-    def _take(self, end: int, other: int) -> None:
+    def _take(self, end: int) -> None:
         packet = os.read(self._ends[end], 65536)
         impairment = self.setting.back if end else self.setting.forward
         self._ways[end], comes = send(self._ways[end], packet, monotonic_ns(), impairment, self._draw)
         for due_ns, out in comes:
             self._count += 1
-            heapq.heappush(self._under_way, (due_ns, self._count, other, out))
+            heapq.heappush(self._under_way[end], (due_ns, self._count, out))
 
-    def _let_out(self) -> None:
+    def _let_out(self, waiting: list[_Due], to: int) -> None:
         now_ns = monotonic_ns()
-        while self._under_way and self._under_way[0][0] <= now_ns:
-            _, _, end, packet = heapq.heappop(self._under_way)
+        while waiting and waiting[0][0] <= now_ns:
+            _, _, packet = heapq.heappop(waiting)
             try:
-                os.write(self._ends[end], packet)
+                os.write(to, packet)
             except BlockingIOError:  # no room in the device: lost, as on any full line
                 continue
 
@@ -92,9 +100,15 @@ class Relay:
         line = keys.readline()
         if not line:
             return False
-        self.setting = msgspec.json.decode(line, type=Both)
+        self.follow(msgspec.json.decode(line, type=Both))
         os.write(1, line)
         return True
+
+    def follow(self, setting: Both) -> None:
+        self.setting = setting
+        for waiting, lost in zip(self._under_way, setting.lost, strict=True):
+            if lost:
+                waiting.clear()
 
 
 class BadWay:
@@ -103,12 +117,19 @@ class BadWay:
     def __init__(self, process: "subprocess.Popen[bytes]") -> None:
         self._process = process
 
-    def be(self, forward: Impairment | None = None, back: Impairment | None = None) -> int:
+    def be(
+        self,
+        forward: Impairment | None = None,
+        back: Impairment | None = None,
+        held: tuple[bool, bool] = NEITHER,
+        lost: tuple[bool, bool] = NEITHER,
+    ) -> int:
         """Both directions do this from now on; perfect where nothing is said. When that was so [ns, this machine's clock]."""
         keys, answers = self._process.stdin, self._process.stdout
         if keys is None or answers is None:
             raise RuntimeError("the relay has no pipes")
-        keys.write(msgspec.json.encode(Both(forward=forward or Impairment(), back=back or Impairment())) + b"\n")
+        both = Both(forward=forward or Impairment(), back=back or Impairment(), held=held, lost=lost)
+        keys.write(msgspec.json.encode(both) + b"\n")
         keys.flush()
         if not answers.readline():
             raise RuntimeError(f"the relay has ended with {self._process.wait()}")

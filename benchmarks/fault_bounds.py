@@ -20,8 +20,8 @@ PICTURE_AGE_S = 0.1  # the last picture before the fault was up to this old when
 BRAKE_CLOSING_M_S3 = 50.0  # the car's own brakes close with their lag of 60 ms: 6 m/s2 in about 0.12 s
 FORMULA = (
     "bound = v' t + v' t_j - j t_j^3 / 6 + v_j^2 / (2 b)   with t = notice + actuation, v' = v + 2.0 m/s2 * t, "
-    "t_j = b / j, v_j = v' - b t_j / 2; noticed by d metres: v_1 = sqrt(v^2 + 2 * 2.0 m/s2 * d) "
-    "for v, max(d, v_1 * 1 s) on top"
+    "t_j = b / j, v_j = v' - b t_j / 2; noticed by d metres and 1 s: "
+    "v_1 = max(sqrt(v^2 + 2 * 2.0 m/s2 * d), v + 2.0 m/s2 * 1 s) for v, max(d, v_1 * 1 s) on top"
 )
 
 
@@ -52,7 +52,7 @@ class NoticedByMetres:
     then: Braking
 
     def bound_m(self, speed_m_s: float) -> float:
-        noticed_m_s = sqrt(speed_m_s**2 + 2 * TRACTION_M_S2 * self.metres)
+        noticed_m_s = max(sqrt(speed_m_s**2 + 2 * TRACTION_M_S2 * self.metres), speed_m_s + TRACTION_M_S2 * self.least_s)
         return max(self.metres, noticed_m_s * self.least_s) + self.then.bound_m(noticed_m_s)
 
 
@@ -73,6 +73,7 @@ _SILENT_ECU = Braking(
 )
 _NO_PICTURE = after(_FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3)
 
+COMMIT_MS = _GATEWAY.limits.hand_over.commit_ms  # a grant commits within this, or never
 STILL_PICTURE = NoticedByMetres(STILL_M, STILL_NS / 1e9, after(LOOK_NS / 1e6 + _FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3))
 
 _ALWAYS = {"gateway": _SILENT_GATEWAY, "ecu": _SILENT_ECU}

@@ -2,37 +2,28 @@
 
 A kind is done to a warm rig (benchmarks.warm_rig) while the operator drives. `arm` brings what has to be there beforehand and gives
 what begins it, which gives what ends it, if anything besides the rig's own healing.
-STANDS: the car must stand within the bound. GOES_ON: it must not stop. SAFE: either, as the limits
-say; if it stops, within the bound from where it began to. Bounds come from the configuration (benchmarks.fault_bounds).
+STANDS: the car must stand within the bound. GOES_ON: it must not stop. SAFE: either, as the limits say; if it stops, within the
+bound from where it began to. Bounds come from the configuration (benchmarks.fault_bounds). What is done to a hand-over, and has to
+become of it, is a story of its own (benchmarks.fault_hand_overs).
 """
 
 import resource
 import signal
-import subprocess
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from enum import StrEnum
 from typing import NamedTuple
 
+from benchmarks.fault_arms import Arm, End, Fate, at_once, nothing
 from benchmarks.fault_bounds import STILL_PICTURE, Bound, after, stops
+from benchmarks.fault_certificates import EARLY_S, ends
+from benchmarks.fault_hand_overs import EXCHANGES, Exchange
+from benchmarks.fault_intruder import intruder
 from benchmarks.impairment import Impairment
-from benchmarks.intruder import READY
-from benchmarks.warm_rig import TOWER, WarmRig, pause, run_in, wait_for_line
+from benchmarks.warm_rig import TOWER, WarmRig, pause
 from wire.messages.vehicle import Mode
+from wire.topics import Role
 
-
-class Fate(StrEnum):
-    STANDS = "stands"
-    GOES_ON = "goes on"
-    SAFE = "safe"
-
-
-End = Callable[[], None]
-Hurt = Callable[[WarmRig], End]
-Arm = Callable[[WarmRig], AbstractContextManager[Hurt]]  # what has to be there before the instant; leaving it ends it
 PICTURE_AND_COMMAND_MS = 500.0  # the command's limit is the longer one of the two
 HOUR_S = 3600
-READY_S = 30.0  # an intruder's program on a busy machine
+ONE_LOOK_S = 0.1  # how late the instant may be seen here
 SLOW_WRITE_S = 1.0  # each write of the recorder
 LOOP_MS = 2500.0  # a slow loop: the p95 of a second above its limit, for one second more, and half a second of itself
 
@@ -44,15 +35,7 @@ class Kind(NamedTuple):
     braking: Bound | None
     arm: Arm
     lasts_s: float = 3.0  # how long it lasts, or is watched
-
-
-def nothing() -> None:
-    """Healed by the rig."""
-
-
-def at_once(hurt: Hurt) -> Arm:
-    """Nothing has to be there beforehand."""
-    return lambda rig: nullcontext(hurt)
+    because: tuple[str, str] | None = None  # it has to stand for this reason: a program of the car, and what its log says of it
 
 
 def sent(name: str, how: signal.Signals) -> Arm:
@@ -86,35 +69,6 @@ def way(forward: Impairment, back: Impairment | None = None, seconds: float | No
         return nothing
 
     return at_once(hurt)
-
-
-def intruder(what: str, at_tower: bool) -> Arm:
-    @contextmanager
-    def arm(rig: WarmRig) -> Iterator[Hurt]:
-        site = rig.sites.tower if at_tower else rig.sites.car
-        elsewhere = 19 if at_tower else 0  # from a computer of its own he would take no time from the car's
-        process = run_in(site, "benchmarks.intruder", what, str(site.config), niceness=elsewhere)
-        try:
-            wait_for_line(process, READY, READY_S)
-
-            def begin(rig: WarmRig) -> End:
-                process.send_signal(signal.SIGUSR1)
-                return nothing
-
-            yield begin
-        finally:
-            ended(process)
-
-    return arm
-
-
-def ended(process: "subprocess.Popen[bytes]") -> None:
-    process.terminate()
-    try:
-        process.wait(10.0)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
 
 
 @at_once
@@ -167,10 +121,13 @@ def _gone(name: str, how: signal.Signals, word: str) -> Kind:
 
 NAMES = ("cockpit", "window", "video", "gateway", "ecu", "autonomy", "recorder", "watchdog")
 _LOST, _PICTURE, _LOOP = after(PICTURE_AND_COMMAND_MS), stops(Mode.REMOTE, "video"), after(LOOP_MS)
+_ENDS = after((EARLY_S + ONE_LOOK_S) * 1e3)  # of the lease; the shot begins this much earlier
 _GATEWAY = stops(Mode.REMOTE, "gateway")
 MOBILE = Impairment(delay_ms=20.0, jitter_ms=3.0)
 BLACK = Impairment(loss=1.0)
-KINDS: tuple[Kind, ...] = (
+EXPIRES = ("gateway", "the certificate of demo expires, or the car's")
+STILL = ("video", "camera front: the picture stands still while the car moves")
+KINDS: tuple[Kind | Exchange, ...] = (
     *(_gone(name, signal.SIGKILL, "killed") for name in NAMES),
     *(_gone(name, signal.SIGSTOP, "stopped") for name in NAMES),
     Kind("cockpit-stalls", "cockpit stands still for 300 ms", Fate.SAFE, _LOST, stalled("cockpit", 0.3)),
@@ -203,9 +160,20 @@ KINDS: tuple[Kind, ...] = (
     Kind("forged", "commands without the lease's key", Fate.GOES_ON, None, intruder("forged", True), 5.0),
     Kind("second-operator", "another operator asks for the lease", Fate.GOES_ON, None, intruder("second", True), 5.0),
     Kind("stolen-key", "the operator's name and key, from elsewhere", Fate.GOES_ON, None, intruder("stolen", True), 5.0),
-    Kind("frozen-world", "the same road behind fresh noise and stamps", Fate.STANDS, STILL_PICTURE, intruder("frozen", False), 8.0),
+    Kind(
+        "frozen-world",
+        "the same road behind fresh noise and stamps",
+        Fate.STANDS,
+        STILL_PICTURE,
+        intruder("frozen", False),
+        8.0,
+        STILL,
+    ),
     Kind("stuck-gnss", "the same position with fresh stamps", Fate.SAFE, _LOST, intruder("stuck", False), 6.0),
     Kind("repeated-frames", "the gateway's own CAN frames again", Fate.SAFE, _GATEWAY, intruder("frames", False), 5.0),
     Kind("clock-steps", "the tower starts again with its clock an hour on", Fate.STANDS, _LOST, clock_steps),
+    Kind("operator-expires", "the operator's certificate ends", Fate.STANDS, _ENDS, ends(Role.TOWER_SCRIPT), because=EXPIRES),
+    Kind("car-expires", "the car's certificate ends", Fate.STANDS, _ENDS, ends(Role.VEHICLE_HUB), because=EXPIRES),
     Kind("power-cycle", "the car's computers start again while it moves", Fate.STANDS, _GATEWAY, power_cycle),
+    *EXCHANGES,
 )

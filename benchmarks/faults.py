@@ -19,8 +19,10 @@ from typing import NamedTuple
 from msgspec.structs import replace
 from rich.console import Console
 
-from benchmarks.fault_bounds import FORMULA, after
-from benchmarks.fault_kinds import KINDS, Fate, Kind
+from benchmarks.fault_arms import Fate
+from benchmarks.fault_bounds import COMMIT_MS, FORMULA, after
+from benchmarks.fault_hand_overs import Exchange
+from benchmarks.fault_kinds import KINDS, Kind
 from benchmarks.fault_rows import Shot, load, save
 from benchmarks.fault_table import present_commit
 from benchmarks.mode_faults import recording_is_whole
@@ -48,25 +50,41 @@ class Seen(NamedTuple):
     began: Referee | None  # where the safe stop, or the fault, began
     stood: Referee | None
     frozen: bool  # FROZEN stood over the operator's picture
+    for_its_reason: bool  # the log of who noticed says so, where the kind names one
 
 
-def shoot(rig: WarmRig, kind: Kind, number: int) -> Shot:
-    """Wait for the instant, hurt, watch, and say what came of it; the rig is healed afterwards."""
-    with kind.arm(rig) as hurt:
+def shoot(rig: WarmRig, kind: Kind | Exchange, number: int) -> Shot:
+    """Do it and say what came of it; the rig is healed afterwards."""
+    shot = told(rig, kind, number) if isinstance(kind, Exchange) else struck(rig, kind, number)
+    return replace(shot, kind=kind.name, number=number, commit=present_commit())
+
+
+def told(rig: WarmRig, kind: Exchange, number: int) -> Shot:
+    """A hand-over and its story."""
+    pause(rig, random.Random(f"{kind.name}{number}").uniform(0.0, 2.0))
+    print(f"       {kind.name:18s} {number}  expected: {kind.fate}, within {COMMIT_MS:g} ms of the grant", flush=True)
+    try:
+        return kind.story(rig, number)
+    finally:
+        rig.heal()
+
+
+def struck(rig: WarmRig, kind: Kind, number: int) -> Shot:
+    """Wait for the instant, hurt, and watch."""
+    with kind.arm(rig) as armed:
         pause(rig, random.Random(f"{kind.name}{number}").uniform(0.0, 2.0))
-        rig.wait_until("the operator drives", rig.drives, BACK_S)
+        rig.wait_until("the operator drives, and the instant is here", lambda: armed.is_due() and rig.drives(), armed.patience_s)
         before = rig.referee()[-1]
         bound_m = kind.braking.bound_m(before.speed_m_s) if kind.fate is Fate.STANDS and kind.braking else None
         print(f"       {kind.name:18s} {number}  v {before.speed_m_s:4.1f} m/s, expected: {expected(kind, bound_m)}", flush=True)
         struck_s = time.monotonic()
-        end = hurt(rig)
+        end = armed.hurt(rig)
         try:
             seen = watch(rig, kind, before, struck_s)
-            shot = judged(rig, kind, before, bound_m, seen)
+            return judged(rig, kind, before, bound_m, seen)
         finally:
             end()
             rig.heal()
-    return replace(shot, number=number, commit=present_commit())
 
 
 def expected(kind: Kind, bound_m: float | None) -> str:
@@ -91,9 +109,19 @@ def watch(rig: WarmRig, kind: Kind, before: Referee, struck_s: float) -> Seen:
         stops = kind.fate is Fate.STANDS or found["began"] is not None
         return stood() is not None if stops else now_s > kind.lasts_s
 
+    before_it = reasons(rig, kind)
     with suppress(RigError):  # it does not stand: that is the answer
         rig.wait_until("it stands, or goes on", over, STAND_S + kind.lasts_s)
-    return Seen(stood=stood(), **found)  # type: ignore[arg-type]
+    for_its_reason = kind.because is None or reasons(rig, kind) > before_it
+    return Seen(stood=stood(), for_its_reason=for_its_reason, **found)  # type: ignore[arg-type]
+
+
+def reasons(rig: WarmRig, kind: Kind) -> int:
+    """How often the kind's reason stands in the log until now."""
+    if kind.because is None:
+        return 0
+    program, words = kind.because
+    return rig.machine(program).running[program].said().count(words)
 
 
 def brakes(rig: WarmRig, referee: Referee, before: Referee) -> bool:
@@ -115,8 +143,9 @@ def judged(rig: WarmRig, kind: Kind, before: Referee, bound_m: float | None, see
         return replace(shot, bound_m=bound_m, text=f"does not stand, {last.speed_m_s:.1f} m/s")
     stood_m = seen.stood.distance_m - seen.began.distance_m
     limit_m = bound_m if bound_m is not None else after(0.0).bound_m(seen.began.speed_m_s)
-    held = kind.fate is not Fate.GOES_ON and stood_m <= limit_m and not crashed
-    return replace(shot, held=held, stood_m=stood_m, bound_m=limit_m, text="stood" + (", collided" if crashed else ""))
+    held = kind.fate is not Fate.GOES_ON and stood_m <= limit_m and not crashed and seen.for_its_reason
+    text = "stood" + (", collided" if crashed else "") + ("" if seen.for_its_reason else f", but for another reason: {shot.saw}")
+    return replace(shot, held=held, stood_m=stood_m, bound_m=limit_m, text=text)
 
 
 @contextmanager
@@ -126,7 +155,7 @@ def rig_in(folder: Path) -> Iterator[WarmRig]:
         yield rig
 
 
-def series(todo: list[tuple[Kind, int]]) -> Iterator[Shot]:
+def series(todo: list[tuple[Kind | Exchange, int]]) -> Iterator[Shot]:
     """As many of these as one rig carries, in order; none when it does not come up. What was shot is taken off `todo`."""
     shots: list[Shot] = []
     with tempfile.TemporaryDirectory(prefix="faults-") as place:
@@ -159,7 +188,7 @@ def _keep(folder: Path, to: Path) -> None:
     shutil.copytree(folder, to, dirs_exist_ok=True, ignore=shutil.ignore_patterns("certificates"))
 
 
-def chosen(names: list[str]) -> tuple[Kind, ...]:
+def chosen(names: list[str]) -> tuple[Kind | Exchange, ...]:
     """The kinds of these names, all without any. Raises ValueError with the known names."""
     unknown = sorted(set(names) - {kind.name for kind in KINDS})
     if unknown:

@@ -6,11 +6,13 @@ flood    another tower with the operator's certificate puts 10,000 junk messages
 forged   it sends well-formed commands with the current epoch and ever higher numbers, without the lease's key
 second   with the operator's certificate, another operator asks for the lease, twice a second
 stolen   likewise with the operator's own name, as he would from another computer
+rival    likewise, and twenty times a second; and for the car itself, signed with a key of his own, two hundred times
 frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
 stuck    likewise: the same position from the satellites, with fresh stamps
 frames   on the vehicle bus: the gateway's own last command again, as it was; the counter is wrong each time
 """
 
+import secrets
 import signal
 import sys
 import threading
@@ -36,9 +38,11 @@ from wire.configuration import read_sections
 from wire.identity import signer_of
 from wire.latest import Latest
 from wire.link import Link, open_link
+from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 from wire.pace import Pace
 from wire.settings import WireSettings
+from wire.signature import sign
 from wire.topics import COCKPITS, Role
 
 FLOOD_HZ, BURST = 10_000, 100
@@ -93,6 +97,29 @@ def asking(operator: str) -> Prepare:
     return prepare
 
 
+def rival(link: Link, heard: Link, config: Path) -> Tick:
+    status: Latest[GatewayStatus] = heard.level("gateway_status")
+    ask_lease, key = asking("eve")(link, heard, config), secrets.token_bytes(32)
+
+    def tick(number: int, now_ns: int) -> None:
+        known = status.get()
+        if known is not None and known.message.lease_holder:  # free, he would simply get it
+            told = known.message
+            question = HandOverRequest(
+                lease_epoch=told.lease_epoch,
+                number=FAR + number,
+                action=Action.TAKE,
+                sent_ns=now_ns,
+                echoed_vehicle_ns=told.stamp_ns,
+                echoed_boot_id=told.boot_id,
+            )
+            link.ask("hand_over", sign(question, key), ASK_S)
+            if number % 10 == 0:
+                ask_lease(number, now_ns)
+
+    return tick
+
+
 def repeated(topic: str) -> Prepare:
     """The first message of a topic for ever, each time newer than any genuine one."""
 
@@ -117,6 +144,7 @@ KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as
     "forged": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 100.0, forged),
     "second": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("eve")),
     "stolen": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("")),
+    "rival": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 200.0, rival),
     "frozen": (Role.SIMULATE, Role.VIDEO, 100.0, repeated("world_state")),
     "stuck": (Role.SIMULATE, Role.AUTONOMY, 20.0, repeated("gnss")),
 }

@@ -225,7 +225,11 @@ class Listener:
 
     def __exit__(self, *_: object) -> None:
         self._process.send_signal(signal.SIGTERM)
-        self._process.wait()
+        try:
+            self._process.wait(10.0)
+        except subprocess.TimeoutExpired:  # seen once, in the closing of its session: the rig would have stood for ever
+            self._process.kill()
+            self._process.wait()
         self._thread.join()
 
     def _read(self) -> None:

@@ -104,6 +104,10 @@ class WarmRig:
         fresh = self.car.silence_s("gateway_status") < 0.5
         return fresh and status["stamp_ns"] - status["mode_since_ns"] > DRIVEN_S * 1e9 and log[-1].speed_m_s > SPEED_MIN_M_S
 
+    def stands(self) -> bool:
+        log = self.referee()
+        return bool(log) and abs(log[-1].speed_m_s) < STANDSTILL_M_S
+
     def wait_until(self, what: str, condition: Callable[[], object], patience_s: float) -> None:
         """Raises RigError."""
         try:
@@ -168,7 +172,7 @@ def _configure(sites: Sites) -> None:
         if machine is sites.car:
             tables["autonomy"]["map"] = tables["vehicle_gateway"]["map"] = str(machine.folder.parent / "long.toml")
             limits = tables["vehicle_gateway"].setdefault("limits", {})
-            limits.setdefault("hand_over", {})["stops_max"] = STOPS_MAX
+            limits.setdefault("hand_over", {}).update(stops_max=STOPS_MAX, certificate_left_s=0.0)  # short ones are a kind of fault
             own = {"folder": str(machine.folder / MOUNTED), "name": machine.folder.name}
             recorder = tables | {"wire": tables["wire"] | {"session": own}}
             (machine.folder / RECORDER).write_bytes(tomli_w.dumps(recorder).encode())

@@ -2,12 +2,14 @@
 
 import os
 import random
+import select
+import socket
 import subprocess
 import sys
 
 import pytest
 
-from benchmarks.bad_way import bad_way
+from benchmarks.bad_way import Both, Relay, bad_way
 from benchmarks.impairment import HELD_MAX_S, Impairment, Way, changed, send
 from benchmarks.two_machines import missing
 
@@ -90,6 +92,31 @@ try:
 except TimeoutError:
     print("lost", 0)
 """
+
+
+def test_what_is_held_comes_in_its_order_when_that_is_over_and_what_is_lost_under_way_never_comes():
+    """The relay on two pairs of sockets in place of its devices."""
+    (here, tower), (there, car) = (socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in range(2))
+    quiet, keys = os.pipe()  # nobody presses any
+    with here, tower, there, car, os.fdopen(quiet, "rb", buffering=0) as instructions, os.fdopen(keys, "wb"):
+        relay = Relay((here.fileno(), there.fileno()))
+        car.setblocking(False)
+
+        def cross(setting: Both, *packets: bytes) -> list[bytes]:
+            relay.follow(setting)
+            for packet in packets:
+                tower.send(packet)
+                relay.step(instructions)
+            return list(iter(lambda: car.recv(9) if select.select([car], [], [], 0)[0] else b"", b""))
+
+        assert cross(Both(), b"a") == [b"a"]
+        assert cross(Both(held=(True, False)), b"b", b"c") == []
+        assert cross(Both(held=(True, False)), b"d") == []
+        assert cross(Both(), b"e") == [b"b", b"c", b"d", b"e"]
+        assert cross(Both(held=(True, False)), b"f") == []
+        assert cross(Both(lost=(False, True)), b"g") == [b"f", b"g"]  # the other direction
+        assert cross(Both(held=(True, False)), b"h") == []
+        assert cross(Both(lost=(True, False)), b"i") == [b"i"]
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "namespaces")
