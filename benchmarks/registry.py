@@ -1,6 +1,6 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-from benchmarks import cycle, endurance, gate_replay, lateness, reaction, recorder, video, wheel_to_can, window_draw
+from benchmarks import cycle, endurance, gate_replay, lateness, picture_look, reaction, recorder, video, wheel_to_can, window_draw
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
@@ -8,6 +8,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     wheel_to_can.NAME: wheel_to_can.figures,
     reaction.NAME: reaction.figures,
     video.NAME: video.figures,
+    picture_look.NAME: picture_look.figures,
     recorder.NAME: recorder.figures,
     lateness.NAME: lateness.figures,
     window_draw.NAME: window_draw.figures,
