@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.wire.test_rear_view import STATE
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.picture import Bytes, Picture, planar_frame, plane
@@ -31,31 +32,14 @@ from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import RoadMap, RoadSegment
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Indicators
 from wire.messages.sensing import Pose, WorldState
-from wire.messages.vehicle import Actuation, CameraCalibration, VehicleDescription, VehicleState
+from wire.messages.vehicle import CameraCalibration, VehicleDescription, VehicleState
 from wire.road import Road
 from wire.scenario import Scenario, Start
 
 DASH_CAM = Path(__file__).resolve().parents[3] / "shared/data/udacity_lanelines/solidWhiteRight.mp4"
 CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
-PLAIN = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
-STATE = VehicleState(
-    stamp_ns=1,
-    boot_id="b",
-    sequence=1,
-    speed_m_s=3.0,
-    acceleration_m_s2=0.0,
-    yaw_rate_rad_s=0.0,
-    road_wheel_angle_rad=0.0,
-    gear=Gear.DRIVE,
-    requested=PLAIN,
-    applied=PLAIN,
-    rules=(),
-    speed_cap_m_s=4.0,
-    loop_age_ms=120.0,
-    command_age_ms=3.0,
-)
 LOOK_S = LOOK_NS / 1e9
 WIDE, HIGH = 640, 360
 ROAD_M = 130.0
