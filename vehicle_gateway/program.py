@@ -13,7 +13,7 @@ from vehicle_gateway.service import Site
 from wire.configuration import shipped
 from wire.logs import Format, LogFormat
 from wire.logs import start as start_log
-from wire.process import BEHIND_CONTROL, run_until_stopped
+from wire.process import BEHIND_ALL, run_until_stopped
 
 application = typer.Typer(
     help="In the car: who drives, the gate to CAN, the cameras, and a simulated car when there is none.",
@@ -53,7 +53,7 @@ def video(
     ] = False,
 ) -> None:
     """Encode the cameras and send them to the tower and the recorder."""
-    _start("vehicle_gateway.video.played" if played else "vehicle_gateway.video.video", config, BEHIND_CONTROL)
+    _start("vehicle_gateway.video.played" if played else "vehicle_gateway.video.video", config, BEHIND_ALL)
 
 
 @application.command()

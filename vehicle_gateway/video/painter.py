@@ -8,7 +8,6 @@ draws is told on standard error, and whoever asks next gets a PainterEnded.
 import gc
 import mmap
 import multiprocessing
-import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -90,7 +89,6 @@ def _paint(renderer: Renderer, pipe: Connection, planes: Bytes, others: list[Con
         signal.signal(number, signal.SIG_IGN)  # sent to the whole group: the pipe tells when to end
     for end in others:
         end.close()
-    os.setsid()  # a share of the processor of its own, where Linux gives one to each session
     stand_back(niceness)
     states = decoder(WorldState)
     while True:
