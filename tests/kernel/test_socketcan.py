@@ -161,6 +161,10 @@ class Car:
         newest = self.feedback.feedback
         return newest is not None and newest.ecu_following
 
+    def braked_ns(self) -> int | None:
+        """When it first braked after the last good command."""
+        return next((at for at, brakes in self.demanded_ns if brakes and at > self.commanded_ns), None)
+
     def live(self, stop: threading.Event) -> None:
         number = 0
         while not stop.wait(0.02):
@@ -215,7 +219,7 @@ def test_the_real_ecu_follows_our_frames_and_brakes_by_itself_without_good_ones(
         until(lambda: car.following() and car.speed_m_s > 1.0, f"the car drives, before {manner}")
         car.manner = manner
         until(lambda: not car.following(), f"the ECU says it does not follow {manner}")
-        braked_ns = next(at for at, brakes in car.demanded_ns if brakes and at > car.commanded_ns)
+        braked_ns = until(car.braked_ns, "it brakes")  # told on the other bus, by another thread
         after_ms = (braked_ns - car.commanded_ns) / 1e6
         figure(f"CAN, commands {manner}: the ECU brakes {after_ms:.0f} ms after the last good one (set to {ECU_TIMEOUT_MS:.0f})")
         assert after_ms >= ECU_TIMEOUT_MS

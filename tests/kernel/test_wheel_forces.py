@@ -91,9 +91,9 @@ def test_it_is_read_and_rendered_and_let_go(wheel: G920, finder: Finder, until) 
         device.read(View(), TICK_S, Clock().now_ns())
         return not device.missing and device.readings.touched
 
+    wheel.do("button", DEAD_MAN, 1)  # first: once the axes have spoken it has been read as well
     for axis, value in ((STEERING, 16384), (THROTTLE, 255), (BRAKE, 128)):
         wheel.do("axis", axis, value)
-    wheel.do("button", DEAD_MAN, 1)
     until(has_spoken, "rim, pedals and paddle are read")
     now = device.step(View(), 0.0, TICK_S, Clock().now_ns())
     assert (now.dead_man, now.throttle, now.brake) == (True, 0.0, pytest.approx(127 / 255))
