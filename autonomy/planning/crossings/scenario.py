@@ -1,0 +1,173 @@
+"""Crossing files (TOML): a road, its width, and who crosses it while the car comes along. Fixed before any planner was tuned.
+
+Everything that is drawn by chance is drawn from the seed alone, before the car moves: two planners with the same seed meet the
+same people, who then react to what the car does (people.py). Stations and offsets are those of wire.road.Road.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from autonomy.planning.crossings.replayed import Tracks, read_tracks
+from autonomy.planning.horizon import Floats
+from wire.configuration import ConfigurationError, read_toml, shipped
+from wire.messages.automation import RoadMap, RoadSegment
+from wire.messages.base import Count, Message, Name
+from wire.road import Road
+
+Metres = Annotated[float, Meta(ge=0.0, le=500.0)]
+Offset = Annotated[float, Meta(ge=-50.0, le=50.0)]
+Piece = Annotated[float, Meta(gt=0.5, le=500.0)]
+Curvature = Annotated[float, Meta(ge=-0.2, le=0.2)]  # 1/m, left positive
+WalkingSpeed = Annotated[float, Meta(gt=0.0, le=8.0)]
+
+
+class Crossers(Message):
+    """People from either side to the other, beginning when the car is under way."""
+
+    count: Annotated[int, Meta(ge=0, le=40)]
+    from_m: Metres = 10.0  # stations where they cross
+    to_m: Metres = 32.0
+    outside_m: tuple[Metres, Metres] = (1.0, 6.0)  # how far beside the road they start
+    speed_m_s: tuple[WalkingSpeed, WalkingSpeed] = (1.14, 1.66)  # reference, motion-planner.md: the paper's speeds
+    slant_rad: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.2  # deviation of their way from straight across
+    reacts: bool = True  # to each other and to the car; else they walk on whatever comes
+
+
+class Rider(Message):
+    """A cyclist along the road; against the car when the speed is negative."""
+
+    station_m: Metres
+    offset_m: Offset
+    speed_m_s: Annotated[float, Meta(ge=-8.0, le=8.0)]
+
+
+class Thing(Message):
+    """Stands, and is seen: a parked car's corner, a skip."""
+
+    station_m: Metres
+    offset_m: Offset
+    radius_m: Annotated[float, Meta(gt=0.05, le=3.0)] = 0.8
+
+
+class Occluder(Message):
+    """A wall of this length along the road that nobody sees through: who is behind it is not predicted."""
+
+    station_m: Metres
+    offset_m: Offset
+    length_m: Annotated[float, Meta(gt=0.1, le=50.0)]
+
+
+class Crossing(Message):
+    name: Name
+    pieces_m: tuple[tuple[Piece, Curvature], ...]  # of the road, one after the other
+    half_width_m: Annotated[float, Meta(ge=2.0, le=6.0)]  # from the line to either edge
+    goal_m: Metres
+    speed_m_s: Annotated[float, Meta(gt=0.1, le=15.0)] = 2.0  # wanted
+    time_limit_s: Annotated[float, Meta(gt=1.0, le=600.0)] = 40.0
+    crossers: Crossers = Crossers(count=0)
+    riders: tuple[Rider, ...] = ()
+    things: tuple[Thing, ...] = ()
+    occluders: tuple[Occluder, ...] = ()
+    tracks: Annotated[str, Meta(max_length=1000)] = ""  # a CSV of recorded people, beside this file or a path: frame, id, x_m, y_m
+    tracks_hz: Annotated[float, Meta(gt=0.1, le=120.0)] = 2.5  # of its frames; ETH and UCY have 2.5
+    first_seed: Count = 0  # seeds of reported runs begin here; tuning and training use others
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class World:
+    """A crossing with a seed: where everybody starts. Arrays over n people; map frame."""
+
+    crossing: Crossing
+    road: Road
+    positions_m: Floats  # (n, 2)
+    goals_m: Floats  # (n, 2)
+    speeds_m_s: Floats  # (n,) each one's own
+    radii_m: Floats  # (n,)
+    reacts: NDArray[np.bool_]  # (n,)
+    things_m: Floats  # (m, 2)
+    thing_radii_m: Floats  # (m,)
+    tracks: Tracks | None
+
+
+PERSON_RADIUS_M, RIDER_RADIUS_M = 0.3, 0.6
+BEYOND_M = 6.0  # people walk on so far beside the road
+RIDE_M = 400.0
+
+
+def find_crossing(name: str) -> Path:
+    """A path, or a name in config/crossings. Raises ConfigurationError that lists what there is."""
+    for place in (Path(name), shipped("crossings", name), shipped("crossings", f"{name}.toml")):
+        if place.is_file():
+            return place.resolve()
+    known = ", ".join(sorted(path.stem for path in shipped("crossings").glob("*.toml")))
+    raise ConfigurationError(f"crossing {name!r}: no such file; shipped crossings: {known}")
+
+
+def read_crossing(path: Path) -> tuple[Crossing, Tracks | None]:
+    """A crossing file and its recorded people. Raises ConfigurationError that names file, key and fix."""
+    crossing = read_toml(path, Crossing)
+    length = sum(piece for piece, _ in crossing.pieces_m)
+    if not 0.0 < crossing.goal_m <= length:
+        raise ConfigurationError(f"{path}: goal_m = {crossing.goal_m:g} lies beyond the road, which is {length:g} m long")
+    if not crossing.tracks:
+        return crossing, None
+    beside = path.parent / crossing.tracks
+    return crossing, read_tracks(beside if beside.is_file() else Path(crossing.tracks), crossing.tracks_hz)
+
+
+def world_of(crossing: Crossing, seed: int, tracks: Tracks | None = None) -> World:
+    """Everybody at the start. The same seed gives the same people."""
+    road, random = Road(_map_of(crossing)), np.random.default_rng(seed)
+    starts, goals, speeds = _crossers(crossing, road, random)
+    riders = [road.to_world(rider.station_m, rider.offset_m)[:2] for rider in crossing.riders]
+    rides = [RIDE_M if rider.speed_m_s > 0 else -RIDE_M for rider in crossing.riders]
+    ends = [road.to_world(rider.station_m + ride, rider.offset_m)[:2] for rider, ride in zip(crossing.riders, rides, strict=True)]
+    crossing_count = len(starts)
+    return World(
+        crossing=crossing,
+        road=road,
+        positions_m=np.array([*starts, *riders], float).reshape(-1, 2),
+        goals_m=np.array([*goals, *ends], float).reshape(-1, 2),
+        speeds_m_s=np.array([*speeds, *(abs(rider.speed_m_s) for rider in crossing.riders)], float),
+        radii_m=np.array([PERSON_RADIUS_M] * crossing_count + [RIDER_RADIUS_M] * len(riders)),
+        reacts=np.array([crossing.crossers.reacts] * crossing_count + [False] * len(riders), bool),
+        things_m=np.array([road.to_world(thing.station_m, thing.offset_m)[:2] for thing in crossing.things], float).reshape(-1, 2),
+        thing_radii_m=np.array([thing.radius_m for thing in crossing.things], float),
+        tracks=tracks,
+    )
+
+
+def _map_of(crossing: Crossing) -> RoadMap:
+    """The line is the middle of what may be driven on: a street that is the car's alone but for who walks there."""
+    return RoadMap(
+        name=crossing.name,
+        start=(0.0, 0.0),
+        start_heading_rad=0.0,
+        segments=tuple(RoadSegment(length_m=length, curvature_1_m=curvature) for length, curvature in crossing.pieces_m),
+        lane_width_m=crossing.half_width_m,
+        sidewalk_width_m=2.0,
+        speed_limit_m_s=max(crossing.speed_m_s, 1.0),
+        drives_on="right",
+        goal_station_m=crossing.goal_m,
+    )
+
+
+def _crossers(
+    crossing: Crossing, road: Road, random: np.random.Generator
+) -> tuple[list[tuple[float, float]], list[tuple[float, float]], list[float]]:
+    wanted = crossing.crossers
+    starts, goals, speeds = [], [], []
+    for _ in range(wanted.count):
+        station, side = random.uniform(wanted.from_m, wanted.to_m), random.choice((-1.0, 1.0))
+        edge = crossing.half_width_m + random.uniform(*wanted.outside_m)
+        beyond = crossing.half_width_m + BEYOND_M
+        along = np.tan(random.normal(0.0, wanted.slant_rad)) * (edge + beyond)
+        starts.append(road.to_world(station, side * edge)[:2])
+        goals.append(road.to_world(station + float(np.clip(along, -15.0, 15.0)), -side * beyond)[:2])
+        speeds.append(random.uniform(*wanted.speed_m_s))
+    return starts, goals, speeds
