@@ -73,7 +73,7 @@ format: setup
 	$(BIN)/ruff check --fix --quiet . || true
 	$(BIN)/ruff format .
 
-setup: .venv/ready
+setup: .venv/ready .venv/compiled
 
 .venv/ready: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than 3.11; name a newer one: make PYTHON=python3.12"; exit 1; }
@@ -81,6 +81,11 @@ setup: .venv/ready
 	@echo "setting up .venv (once)"
 	@$(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[develop]'
+	@touch $@
+
+# The planners' kernels: anew when a source of theirs changes, as otherwise the first cycle would wait for the compiler.
+.venv/compiled: .venv/ready $(wildcard autonomy/planning/*.py autonomy/planning/*/*.py)
+	@$(BIN)/autonomy compile
 	@touch $@
 
 .venv/prove: .venv/ready

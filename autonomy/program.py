@@ -1,4 +1,4 @@
-"""The program of the embedded stack: `autonomy run`."""
+"""The program of the embedded stack: `autonomy run`, `autonomy compile`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -26,6 +26,14 @@ def options(context: typer.Context, log_format: LogFormat = Format.TEXT) -> None
 def run(config: Config = DEFAULT) -> None:
     """Drive the own lane of the map to its goal, and say whether it can."""
     raise typer.Exit(run_until_stopped(run_stack, config))
+
+
+@application.command(name="compile")
+def compile_kernels() -> None:
+    """Compile the planners' kernels and keep them on disk: at set-up, so that no cycle waits for it."""
+    from autonomy.compile import warm_up  # half a second of numba that `run` need not wait for
+
+    warm_up(typer.echo)
 
 
 def main() -> None:

@@ -1,10 +1,18 @@
 """The one registry: the name of a benchmark and what measures it. `python -m benchmarks NAME`."""
 
-<<<<<<< HEAD
-from benchmarks import cycle, endurance, gate_replay, lateness, picture_look, reaction, recorder, video, wheel_to_can, window_draw
-=======
-from benchmarks import cycle, endurance, gate_replay, guidance, lateness, reaction, recorder, video, wheel_to_can, window_draw
->>>>>>> bfe409d (Guidance planner: a visibility graph in x, y and time finds up to four ways that pass people differently)
+from benchmarks import (
+    cycle,
+    endurance,
+    gate_replay,
+    guidance,
+    lateness,
+    picture_look,
+    reaction,
+    recorder,
+    video,
+    wheel_to_can,
+    window_draw,
+)
 from benchmarks.figures import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
