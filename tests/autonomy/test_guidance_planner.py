@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from autonomy.planning.guidance.graph import GOAL, GUARD
+from autonomy.planning.guidance.outcome import view_of
 from autonomy.planning.guidance.planner import guide
 from autonomy.planning.guidance.settings import GuidanceSettings
 from autonomy.planning.guidance.splines import spline_at
@@ -140,8 +141,9 @@ def test_who_stays_far_from_the_road_is_no_choice() -> None:
 
 def test_the_graph_is_there_to_be_looked_at() -> None:
     *_, (_, found, car, _) = driven(0, 8, 10)
-    graph = found.graph
-    assert graph is not None and graph.kinds[0] == GUARD and len(graph.ways) == len(found.ways)
+    assert found.searched is not None
+    graph = view_of(found.searched)
+    assert graph.kinds[0] == GUARD and len(graph.ways) == len(found.ways)
     edges = {tuple(edge) for edge in graph.edges.tolist()}
     for nodes, way in zip(graph.ways, found.ways, strict=True):
         assert set(pairwise(nodes)) <= edges and graph.kinds[nodes[-1]] == GOAL

@@ -63,7 +63,7 @@ def _start(car: CarState, line: Line, settings: GuidanceSettings) -> Floats:
     x = car.x_m + settings.ahead_m * cos(car.heading_rad)
     y = car.y_m + settings.ahead_m * sin(car.heading_rad)
     start = np.array([x, y, 0.0, 0.0, 0.0])
-    on_line(line, start)
+    on_line(line, start[None])
     return start
 
 

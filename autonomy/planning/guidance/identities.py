@@ -18,9 +18,12 @@ Phases = tuple[tuple[int, float], ...]
 def known_now(classes: tuple[KnownClass, ...], before: Phases, now: Phases) -> tuple[KnownClass, ...]:
     """The classes of the last cycle with the codes that they have seen from where the car is now."""
     seen = dict(before)
-    passed = {number: _passed(seen[number], phase) for number, phase in now if number in seen}
+    passed = {number: turns for number, phase in now if number in seen and (turns := _passed(seen[number], phase))}
+    if not passed:
+        return classes
     return tuple(
-        replace(each, code=tuple((number, _less(side, passed.get(number, 0))) for number, side in each.code)) for each in classes
+        replace(each, code=tuple((number, _less(side, passed[number]) if number in passed else side) for number, side in each.code))
+        for each in classes
     )
 
 

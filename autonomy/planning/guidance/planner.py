@@ -15,13 +15,13 @@ from autonomy.planning.guidance.admission import Scene, admitted
 from autonomy.planning.guidance.drawing import Drawn, blank, draw_ways
 from autonomy.planning.guidance.graph import Graph, Ints, empty_graph, grow, trimmed
 from autonomy.planning.guidance.identities import known_now, name, remembered
-from autonomy.planning.guidance.outcome import code_of, guidance_of, view_of
+from autonomy.planning.guidance.outcome import code_of, guidance_of
 from autonomy.planning.guidance.propagation import carried, to_carry
 from autonomy.planning.guidance.sampling import lay_goals, on_line, scatter, straight_on
 from autonomy.planning.guidance.search import Ways, cheapest, no_ways, search
 from autonomy.planning.guidance.settings import GuidanceSettings
 from autonomy.planning.guidance.splines import FINE, tiers
-from autonomy.planning.guidance.state import Guidances, GuidanceState, KnownClass, Lack
+from autonomy.planning.guidance.state import Guidances, GuidanceState, KnownClass, Lack, Searched
 from autonomy.planning.guidance.winding import phases
 from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S, CarState, Floats, Predictions
 from autonomy.planning.reference_path import ReferencePath
@@ -54,8 +54,7 @@ def _graph(chance: int, old: Floats, scene: Scene, settings: GuidanceSettings) -
     laid = lay_goals(line, start[3], scene.reach_m, drive, settings.goals_ahead, settings.goals_aside, goals, costs)
     candidates = np.empty((settings.samples, 5))
     candidates[: len(old), :3] = old
-    for node in candidates[: len(old)]:
-        on_line(line, node)
+    on_line(line, candidates[: len(old)])
     fresh = candidates[len(old) :]
     fresh = fresh[straight_on(line, start, goals[:laid], drive, fresh) :]
     after = scatter(np.uint64(chance), line, start[3], scene.reach_m, drive, fresh)
@@ -84,7 +83,7 @@ def _told(
     known = known_now(state.classes, state.phases, seen)
     names, next_identity = name(codes, known, state.next_identity)
     found = tuple(KnownClass(identity=identity, code=code) for identity, code in zip(names, codes, strict=True))
-    connectors = [ways.connectors[row, : ways.lengths[row]] for row in rows]
+    connectors = tuple(ways.connectors[row, : ways.lengths[row]] for row in rows)
     after = GuidanceState(
         chance=state.chance,
         nodes=to_carry(graph, connectors, [places[::FINE] for places in drawn.places], stages),
@@ -95,4 +94,5 @@ def _told(
     costs = ways.costs[rows, 0].tolist()
     told = tuple(guidance_of(each.identity, each.code, drawn, row, costs[row]) for row, each in enumerate(found))
     lack = None if told else Lack.NO_WAY
-    return after, Guidances(ways=told, lack=lack, left_out=who.left_out, graph=view_of(graph, connectors))
+    searched = Searched(graph=graph, connectors=connectors)
+    return after, Guidances(ways=told, lack=lack, left_out=who.left_out, searched=searched)

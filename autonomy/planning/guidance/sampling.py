@@ -52,9 +52,10 @@ def _insert(goals: Floats, costs: Floats, count: int, station_m: float, offset_m
 
 
 @kernel
-def on_line(line: Line, node: Floats) -> None:
-    """Station and offset of a node that has only its place."""
-    node[3], node[4], _ = foot(line, node[0], node[1], -1)
+def on_line(line: Line, nodes: Floats) -> None:
+    """Fills station and offset of nodes that have only their place."""
+    for node in nodes:
+        node[3], node[4], _ = foot(line, node[0], node[1], -1)
 
 
 @kernel

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autonomy.planning.guidance.graph import Graph, Ints
 from autonomy.planning.guidance.winding import Side
 from autonomy.planning.horizon import Floats
 
@@ -37,13 +37,11 @@ class Guidance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GraphView:
-    """The graph for looking at."""
+class Searched:
+    """What was looked through, for looking at: outcome.view_of makes nodes and edges of it."""
 
-    nodes: Floats  # (n, 3) x_m, y_m, s from now
-    kinds: NDArray[np.int64]  # (n,) graph.GUARD, GOAL, CONNECTOR, REPLACED
-    edges: NDArray[np.int64]  # (m, 2) rows of nodes
-    ways: tuple[tuple[int, ...], ...]  # rows of the nodes of each guidance, from the start to its goal
+    graph: Graph
+    connectors: tuple[Ints, ...]  # of each way, from the start on: rows of nodes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +51,7 @@ class Guidances:
     ways: tuple[Guidance, ...] = ()
     lack: Lack | None = None  # when there is none
     left_out: tuple[int, ...] = ()  # track numbers of predictions that are not numbers: guidance knows nothing of them
-    graph: GraphView | None = None
+    searched: Searched | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
