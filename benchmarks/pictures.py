@@ -78,7 +78,7 @@ class SceneSource:
     def take(self, timeout_s: float) -> Picture:
         return Picture(*self._scene.wait_and_take())
 
-    def limit(self, rate_hz: float) -> None:
+    def limit(self, rate_hz: float, halved: bool = False) -> None:
         """Always the camera's own rate: both chains are given the same pictures."""
 
     def __enter__(self) -> "SceneSource":

@@ -65,6 +65,10 @@ class _Still:
     capture_ns: int = 1
     decoded_ns: int = 1
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.image.shape[1], self.image.shape[0]
+
     def pixels(self, part: Box | None, size: tuple[int, int]) -> Pixels:
         return np.ascontiguousarray(cv2.resize(self.image, size).astype(np.uint8, copy=False))
 

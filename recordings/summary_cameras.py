@@ -13,6 +13,7 @@ _SECOND_NS = 1e9
 class Giving(Message):
     skipped: int  # pictures that came and were not taken in time
     reduced_s: float  # time in which it might take fewer than its own rate, because the machine could not keep up
+    halved_s: float  # of it, with half its width and height
     lowest_hz: float | None  # the least it might take; None: it has told no rate
     rests: bool  # it runs only while it is wanted
 
@@ -26,15 +27,16 @@ def giving(rows: Sequence[CameraRow]) -> dict[str, Giving]:
 
 
 def _giving(rows: Sequence[CameraRow]) -> Giving:
-    reduced_ns = sum(
-        after.log_ns - before.log_ns
+    told = [
+        (before.status, (after.log_ns - before.log_ns) / _SECOND_NS)
         for before, after in zip(rows, rows[1:], strict=False)
-        if before.status.rate_hz < before.status.nominal_hz and after.log_ns - before.log_ns <= _GAP_NS
-    )
+        if after.log_ns - before.log_ns <= _GAP_NS
+    ]
     rates = [row.status.rate_hz for row in rows if row.status.nominal_hz > 0]
     return Giving(
         skipped=counted([row.status.skipped for row in rows]),
-        reduced_s=reduced_ns / _SECOND_NS,
+        reduced_s=sum(passed_s for status, passed_s in told if status.rate_hz < status.nominal_hz),
+        halved_s=sum(passed_s for status, passed_s in told if status.halved),
         lowest_hz=min(rates, default=None),
         rests=any(not row.status.wanted for row in rows),
     )

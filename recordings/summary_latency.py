@@ -30,6 +30,7 @@ class Camera(Message):
     latency_ms: Percentiles | None  # from capture to screen, across the two clocks
     skipped: int | None = None  # pictures that the car did not take in time
     reduced_s: float | None = None  # time in which it had to give up frame rate: the machine could not keep up
+    halved_s: float | None = None  # of it, with half its width and height
     lowest_hz: float | None = None  # the least it might take meanwhile
 
 
@@ -106,6 +107,7 @@ def _camera(frames: Sequence[ShownRow], offsets: Sequence[OffsetRow], given: Giv
         latency_ms=_percentiles(latencies),
         skipped=given.skipped if given is not None else None,
         reduced_s=given.reduced_s if given is not None else None,
+        halved_s=given.halved_s if given is not None else None,
         lowest_hz=given.lowest_hz if given is not None else None,
     )
 

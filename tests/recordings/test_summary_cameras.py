@@ -7,7 +7,9 @@ from wire.messages.sensing import CameraStatus
 S = 1_000_000_000
 
 
-def row(at_s: float, camera: str = "left", rate_hz: float = 13.5, skipped: int = 0, wanted: bool = True) -> CameraRow:
+def row(
+    at_s: float, camera: str = "left", rate_hz: float = 13.5, skipped: int = 0, wanted: bool = True, halved: bool = False
+) -> CameraRow:
     status = CameraStatus(
         stamp_ns=1,
         camera=camera,
@@ -23,14 +25,16 @@ def row(at_s: float, camera: str = "left", rate_hz: float = 13.5, skipped: int =
         skipped=skipped,
         nominal_hz=13.5,
         rate_hz=rate_hz,
+        halved=halved,
     )
     return CameraRow(round(at_s * S), status)
 
 
 def test_the_time_at_a_lower_rate_is_summed_and_a_silence_is_not() -> None:
-    rows = [row(0.0), row(0.5, rate_hz=9.0), row(1.0, rate_hz=4.5), row(1.25), row(2.0, rate_hz=9.0), row(9.0)]
+    rows = [row(0.0), row(0.5, rate_hz=9.0), row(1.0, rate_hz=4.5, halved=True), row(1.25), row(2.0, rate_hz=9.0), row(9.0)]
     left = giving(rows)["left"]
     assert left.reduced_s == 0.75
+    assert left.halved_s == 0.25
     assert left.lowest_hz == 4.5
 
 

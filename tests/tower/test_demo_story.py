@@ -108,7 +108,9 @@ def test_motion_to_motion_says_what_was_measured_and_what_was_assumed():
 
 
 def test_a_camera_that_had_to_give_way_says_for_how_long_and_how_far_down():
-    left = {"fps": 11.2, "latency_ms": None, "skipped": 3, "reduced_s": 12.4, "lowest_hz": 4.5}
-    rows = dict(rows_of({**NOTHING, "cameras": {"left": left, "right": {**left, "reduced_s": 0.0}}}))
-    assert "gave up frame rate for 12 s, down to 4 a second" in rows["camera left"]
+    left = {"fps": 11.2, "latency_ms": None, "skipped": 3, "reduced_s": 12.4, "halved_s": 0.0, "lowest_hz": 4.5}
+    front = {**left, "halved_s": 3.2}
+    rows = dict(rows_of({**NOTHING, "cameras": {"front": front, "left": left, "right": {**left, "reduced_s": 0.0}}}))
+    assert "gave up frame rate for 12 s, down to 4 a second:" in rows["camera left"]
+    assert "down to 4 a second, and half its size for 3 s:" in rows["camera front"]
     assert "gave up" not in rows["camera right"]

@@ -66,7 +66,7 @@ class CountingCamera:
         self.levels[capture_ns] = level
         return Picture(from_bgr(np.full((180, 320, 3), level, np.uint8)), capture_ns)
 
-    def limit(self, rate_hz: float) -> None:
+    def limit(self, rate_hz: float, halved: bool = False) -> None:
         """It never has to give way here: a slow machine must not change what is counted."""
 
     def __enter__(self) -> "CountingCamera":

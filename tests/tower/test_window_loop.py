@@ -45,6 +45,7 @@ class Picture:
     capture_ns: int
     decoded_ns: int
     grey: int = 180
+    shape: tuple[int, int] = (1280, 720)
 
     def pixels(self, part: Box | None, size: tuple[int, int]) -> np.ndarray:
         return np.full((size[1], size[0], 4), self.grey, np.uint8)

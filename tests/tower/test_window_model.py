@@ -404,7 +404,7 @@ def test_the_end_is_shown_at_the_goal_once_the_car_stands() -> None:
 class Grey:
     """A picture of one grey level, whatever part and size is asked for."""
 
-    capture_ns, decoded_ns = 1, 2
+    capture_ns, decoded_ns, shape = 1, 2, (1280, 720)
 
     def __init__(self, level: int) -> None:
         self._level = level

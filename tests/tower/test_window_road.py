@@ -36,7 +36,7 @@ FRONT_M = CAR.length_m - CAR.rear_overhang_m
 class Grey:
     """A picture without anything in it."""
 
-    capture_ns, decoded_ns = 1, 2
+    capture_ns, decoded_ns, shape = 1, 2, (1280, 720)
 
     def pixels(self, part: Box | None, size: tuple[int, int]) -> np.ndarray:
         return np.full((size[1], size[0], 4), 96, np.uint8)

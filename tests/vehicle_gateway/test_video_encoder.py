@@ -124,6 +124,19 @@ def test_fewer_pictures_a_second_share_the_same_bit_rate() -> None:
     assert 0.8 < after / before < 1.25
 
 
+def test_a_smaller_picture_begins_with_an_idr_and_is_decoded_at_its_size() -> None:
+    encoder, decoder = Encoder(CAMERA, VideoSettings(bitrate_kbps=20000)), av.CodecContext.create("h264", "r")
+    small = from_bgr(np.ascontiguousarray(NOISE[:54, :96]))
+    shown, idrs = [], []
+    for number, frame in enumerate((picture(0), picture(1), small, small, picture(4))):
+        unit = encoder.encode(frame, number * PERIOD_NS)
+        idrs.append(unit.is_idr)
+        shown += [(each.width, each.height) for each in decoder.decode(av.Packet(unit.annex_b))]
+    shown += [(each.width, each.height) for each in decoder.decode(None)]
+    assert idrs == [True, False, True, False, True]
+    assert shown == [(192, 108)] * 2 + [(96, 54)] * 2 + [(192, 108)]
+
+
 def test_the_largest_picture_stays_within_the_rate_buffer() -> None:
     settings = VideoSettings(bitrate_kbps=20000, vbv_frames=3.0)
     mean_bytes = camera_bitrate_bps(20000, CAMERA) / RATE_HZ / 8

@@ -46,7 +46,7 @@ class NoSource:
     def take(self, timeout_s: float) -> Picture | None:
         return None
 
-    def limit(self, rate_hz: float) -> None:
+    def limit(self, rate_hz: float, halved: bool = False) -> None:
         """It gives nothing anyway."""
 
     def __enter__(self) -> "NoSource":

@@ -3,7 +3,18 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle_gateway.video.load import LADDER, UP_AFTER_S, ControlLoops, Load, after_a_second, hear, is_late, permitted_hz
+from vehicle_gateway.video.load import (
+    DOWN_AFTER_S,
+    LADDER,
+    UP_AFTER_MAX_S,
+    UP_AFTER_S,
+    ControlLoops,
+    Load,
+    after_a_second,
+    allowance,
+    hear,
+    is_late,
+)
 from wire.messages.health import LoopHealth
 
 
@@ -26,7 +37,11 @@ def test_the_sides_have_lost_all_they_can_before_the_front_loses_anything() -> N
     load, rates = Load(), []
     for _ in range(20):
         load = after_a_second(load, pressed=True)
-        rates.append((permitted_hz(15.0, False, load), permitted_hz(30.0, True, load)))
+        (side, side_halved), (front, front_halved) = allowance(15.0, False, load), allowance(30.0, True, load)
+        assert not side_halved
+        assert not front_halved or front == 15.0  # first the rate, then the size
+        rates.append((side, front))
+    assert front_halved
     assert rates[:2] == [(15.0, 30.0), (10.0, 30.0)]  # one bad second is none
     assert all(side <= 5.0 for side, front in rates if front < 30.0)
     assert rates[2][0] < rates[1][0]  # and then a step for each bad second
@@ -40,14 +55,42 @@ def test_the_level_moves_by_single_steps_and_comes_back_after_calm(seconds: list
         before, load = load, after_a_second(load, pressed)
         assert 0 <= load.level < len(LADDER)
         assert load.level - before.level in ((0, 1) if pressed else (0, -1))
-    for _ in range(UP_AFTER_S * len(LADDER)):
+    for _ in range(UP_AFTER_MAX_S + UP_AFTER_S * len(LADDER)):
         load = after_a_second(load, pressed=False)
     assert load.level == 0
 
 
+def seconds_between_tries(load: Load, tries: int, enough_at: int) -> list[int]:
+    """On a machine that keeps up at a level and below, and not above."""
+    begun, found = 0, []
+    for second in range(1000):
+        before, load = load, after_a_second(load, pressed=load.level < enough_at)
+        if load.level < before.level:
+            found.append(second - begun)
+            begun = second
+    return found[:tries]
+
+
+def test_a_step_back_that_was_too_much_is_tried_again_after_twice_as_long() -> None:
+    assert seconds_between_tries(Load(level=3), 6, enough_at=3)[1:] == [
+        16 + DOWN_AFTER_S,
+        32 + DOWN_AFTER_S,
+        *[64 + DOWN_AFTER_S] * 3,
+    ]
+
+
+def test_a_step_back_that_held_is_followed_by_the_next_as_soon_as_ever() -> None:
+    load = Load(level=3, patience_s=UP_AFTER_MAX_S)
+    times = []
+    for second in range(1, 200):
+        before, load = load, after_a_second(load, pressed=False)
+        times += [second] * (load.level < before.level)
+    assert times == [UP_AFTER_MAX_S, UP_AFTER_MAX_S + UP_AFTER_S, UP_AFTER_MAX_S + 2 * UP_AFTER_S]
+
+
 def test_the_ladder_never_gives_the_front_less_than_the_sides_and_only_goes_down() -> None:
-    assert LADDER[0] == (1.0, 1.0)
-    assert all(others <= required for others, required in LADDER)
+    assert LADDER[0] == (1.0, 1.0, False)
+    assert all(rung.others <= rung.required for rung in LADDER)
     assert all(a[0] >= b[0] and a[1] >= b[1] for a, b in zip(LADDER, LADDER[1:], strict=False))
 
 

@@ -59,6 +59,9 @@ def draw_and_lose_one() -> None:
         drawing["front"].render_planar(world(3.0), front)
         drawing["left"].render_planar(world(4.0), left)
         assert (front[1:] == 103).all() and (left[1:] == 4).all()
+        half = np.zeros((24, 32), np.uint8)
+        drawing["front"].render_planar(world(6.0), half)
+        assert (half[1:] == 106).all(), "the required one also at half its size"
         assert len({front[0, 0], left[0, 0], os.getpid() % 251}) == 3, "each in a process of its own"
         before_s = process_cpu_s()
         drawing["front"].render_planar(world(WORK_M_S), front)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from vehicle_gateway.video.media import MediaSource
 from vehicle_gateway.video.picture import Bytes, Picture, at_camera_size, fitted, from_bgr, plane
@@ -209,8 +210,12 @@ def world_at(stamp_ns: int) -> WorldState:
     )
 
 
+def small(rate_hz: float) -> CameraCalibration:
+    return replace(CAMERA, width_px=320, height_px=180, frame_rate_hz=rate_hz)
+
+
 def simulated(rate_hz: float = 27.0) -> SimulatedSource:
-    return SimulatedSource(PlainRenderer(), 320, 180, rate_hz)
+    return SimulatedSource(PlainRenderer(), small(rate_hz))
 
 
 def rendered(source: SimulatedSource) -> Picture | None:
@@ -255,6 +260,19 @@ def test_a_camera_that_has_to_give_way_takes_fewer_and_later_as_many_as_before()
     assert len(numbers_taken(feed, sources, range(60))[1]) in (7, 8)
     sources[1].limit(13.5)
     assert len(numbers_taken(feed, sources, range(60, 120))[1]) in (15, 16)
+
+
+def test_a_camera_that_gives_way_by_size_gives_half_of_each_side_until_it_need_not() -> None:
+    source = simulated()
+    feed = WorldFeed([source])
+    sizes = []
+    for number, halved in enumerate((False, True, True, False)):
+        source.limit(27.0, halved)
+        feed.put(world_at(state_ns(2 * number)), received_ns=0)
+        picture = rendered(source)
+        assert picture is not None
+        sizes.append((picture.frame.width, picture.frame.height))
+    assert sizes == [(320, 180), (160, 90), (160, 90), (320, 180)]
 
 
 def test_states_that_got_lost_cost_no_more_pictures_than_they_held() -> None:
@@ -313,7 +331,7 @@ def test_its_own_thread_renders_and_what_goes_wrong_there_reaches_the_camera() -
         picture = source.take(5.0)
         assert picture is not None
         assert picture.capture_ns == state_ns(0)
-    with SimulatedSource(Broken(), 320, 180, 27.0) as source:
+    with SimulatedSource(Broken(), small(27.0)) as source:
         WorldFeed([source]).put(world_at(state_ns(0)), received_ns=0)
         with pytest.raises(ArithmeticError):
             for _ in range(50):

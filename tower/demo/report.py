@@ -46,7 +46,9 @@ def _camera(camera: Mapping[str, Any]) -> str:
     if not camera.get("reduced_s"):
         return shown
     lowest = _figure(camera.get("lowest_hz"), ".0f")
-    return f"{shown}; gave up frame rate for {camera['reduced_s']:.0f} s, down to {lowest} a second: the machine could not keep up"
+    gave_up = f"gave up frame rate for {camera['reduced_s']:.0f} s, down to {lowest} a second"
+    smaller = f", and half its size for {camera['halved_s']:.0f} s" if camera.get("halved_s") else ""
+    return f"{shown}; {gave_up}{smaller}: the machine could not keep up"
 
 
 def _motion(motion: Mapping[str, Any] | None) -> str:

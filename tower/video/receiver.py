@@ -51,6 +51,11 @@ class DecodedFrame:
     decoded_ns: int  # tower clock
     frame: VideoFrame  # as the decoder gave it: converted only when, and as large as, it is shown
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Width and height as it came."""
+        return self.frame.width, self.frame.height
+
     def pixels(self, part: Part | None, size: tuple[int, int]) -> NDArray[np.uint8]:
         """(H, W, 4) BGRA, contiguous, of a part of the picture (None: all) at that size: for pygame.image.frombuffer."""
         return to_bgra(self.frame, part, size)

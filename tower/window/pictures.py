@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pygame
 
 from tower.window.picture_age import PictureState
-from tower.window.picture_layout import SHOWN, Box, part
+from tower.window.picture_layout import SHOWN, Box, Shape, part
 from tower.window.views import CameraView
 from wire.rear_view import REAR
 
@@ -26,6 +26,8 @@ class Frame(Protocol):
     def capture_ns(self) -> int: ...  # vehicle clock
     @property
     def decoded_ns(self) -> int: ...  # tower clock
+    @property
+    def shape(self) -> Shape: ...  # of the picture as it came: a camera may give fewer pixels than its own
     def pixels(self, part: Box | None, size: tuple[int, int]) -> Pixels:
         """That part of the picture, None: all of it, at that size (width, height), contiguous."""
 
@@ -67,15 +69,15 @@ class Pictures:
     def _blit(self, surface: pygame.Surface, name: str, frame: Frame, box: Box, view: CameraView, recedes: bool) -> None:
         kept = self._scaled.get(name)
         if kept is None or kept.frame is not frame or kept.box != box:
-            kept = self._scaled[name] = _scale(name, frame, box, view)
+            kept = self._scaled[name] = _scale(name, frame, box)
         if recedes:
             surface.fill((0, 0, 0), box)
         kept.image.set_alpha(_DARKENED if recedes else None)  # None: opaque, a plain copy
         surface.blit(kept.image, (box.x, box.y))
 
 
-def _scale(name: str, frame: Frame, box: Box, view: CameraView) -> _Scaled:
-    pixels = frame.pixels(part(name, view.shape, box), (box.w, box.h))
+def _scale(name: str, frame: Frame, box: Box) -> _Scaled:
+    pixels = frame.pixels(part(name, frame.shape, box), (box.w, box.h))
     if name == REAR:
         pixels = np.ascontiguousarray(pixels[:, ::-1])  # a mirror
     return _Scaled(frame, box, pygame.image.frombuffer(pixels.data, (box.w, box.h), "BGRA"), pixels)

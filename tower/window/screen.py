@@ -65,6 +65,8 @@ class Screen:
             os.environ["SDL_VIDEODRIVER"] = "dummy"
         try:
             pygame.display.init()
+            if pygame.display.get_driver() == "x11":  # straight into X's memory: no texture, no vertical sync to wait for and,
+                os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")  # without a GPU, no OpenGL in software
             self._joysticks.open()
             self._open()
         except pygame.error as error:

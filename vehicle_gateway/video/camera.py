@@ -14,7 +14,7 @@ from typing import NamedTuple
 from vehicle_gateway.video import picture_motion
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.freshness import Freshness, judge
-from vehicle_gateway.video.load import LATE_NS, is_late
+from vehicle_gateway.video.load import LATE_NS, Allowance, is_late
 from vehicle_gateway.video.picture import Picture, Source, luma
 from vehicle_gateway.video.picture_motion import PictureMotion
 from vehicle_gateway.video.sei import stamp_nal
@@ -61,7 +61,7 @@ class CameraLoop:
         """
         self.calibration = calibration
         self.encoder = encoder
-        self.rate_hz = calibration.frame_rate_hz
+        self.allowed = Allowance(calibration.frame_rate_hz)
         self._is_wanted, self._speed_m_s = is_wanted, speed_m_s
         self._source, self._clock, self._deliver = source, clock, deliver
         self._wait_s = max(_REPEAT_AFTER_S, 1.5 / calibration.frame_rate_hz)
@@ -88,17 +88,17 @@ class CameraLoop:
         while not halt.wait(_LOOK_S):
             if self._is_wanted(self._clock.now_ns()):
                 self._source.take(0.0)  # from before
-                self._source.limit(self.rate_hz)
+                self._source.limit(*self.allowed)
                 return
 
-    def limit(self, rate_hz: float) -> None:
-        """No more pictures a second than this from now on."""
-        self.rate_hz = rate_hz
-        self.encoder.limit(rate_hz)
-        self._wait_s = max(_REPEAT_AFTER_S, 1.5 / rate_hz)
-        self._lateness.period_ns = round(1e9 / rate_hz)
+    def limit(self, allowed: Allowance) -> None:
+        """No more and no larger pictures than this from now on."""
+        self.allowed = allowed
+        self.encoder.limit(allowed.rate_hz)
+        self._wait_s = max(_REPEAT_AFTER_S, 1.5 / allowed.rate_hz)
+        self._lateness.period_ns = round(1e9 / allowed.rate_hz)
         if self._is_wanted(self._clock.now_ns()):
-            self._source.limit(rate_hz)
+            self._source.limit(*allowed)
 
     def step(self, picture: Picture, now_ns: int) -> None:
         """One picture, from the source or once more, to whoever receives them."""
@@ -152,7 +152,8 @@ class CameraLoop:
             wanted=self._is_wanted(now_ns),
             skipped=self._source.skipped,
             nominal_hz=self.calibration.frame_rate_hz,
-            rate_hz=self.rate_hz,
+            rate_hz=self.allowed.rate_hz,
+            halved=self.allowed.halved,
         )
 
     def was_late(self, now_ns: int) -> bool:

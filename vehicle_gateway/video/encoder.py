@@ -49,14 +49,15 @@ class Encoder:
         floor_bps = min(camera_bitrate_bps(settings.bitrate_floor_kbps, calibration), ceiling_bps)
         self._limits = RateLimits(floor_bps, ceiling_bps)
         self._rate = full_rate(self._limits)
+        self._full_size = self._size = calibration.width_px, calibration.height_px
         self._applied_bps = ceiling_bps
         self._applied_hz = self._wanted_hz = calibration.frame_rate_hz
         self._interval_ns = round(settings.idr_interval_s * 1e9)
         self._last_idr_ns: int | None = None
         self._requested = False
         self._origin_ns: int | None = None
-        self._calibration, self._settings = calibration, settings
-        self._context = _open_context(calibration, settings, ceiling_bps, self._applied_hz)
+        self._settings = settings
+        self._context = _open_context(self._size, settings, ceiling_bps, self._applied_hz)
 
     def limit(self, rate_hz: float) -> None:
         """So many pictures a second come from now on: x264 shares the bit rate among them, whenever they come."""
@@ -79,9 +80,9 @@ class Encoder:
         self._rate = after_loss(self._rate, lost, self._limits)
 
     def encode(self, frame: av.VideoFrame, now_ns: int) -> AccessUnit:
-        """One yuv420p frame of the camera's size. now_ns must grow from call to call."""
+        """One yuv420p frame, of any size: a new one begins with an IDR. now_ns must grow from call to call."""
         idr = idr_is_due(now_ns, self._last_idr_ns, self._requested, self._interval_ns)
-        idr = self._follow_rate(idr) or idr
+        idr = self._follow(idr, (frame.width, frame.height)) or idr
         if idr:
             self._last_idr_ns, self._requested = now_ns, False
         self._origin_ns = now_ns if self._origin_ns is None else self._origin_ns
@@ -90,23 +91,22 @@ class Encoder:
         packets = self._context.encode(frame)
         return AccessUnit(b"".join(bytes(packet) for packet in packets), any(packet.is_keyframe for packet in packets))
 
-    def _follow_rate(self, idr: bool) -> bool:
-        """Whether the encoder was opened anew for another bit or picture rate. (x264's rate buffer cannot be changed through
-        PyAV, and with the old buffer a new rate swings for seconds.) The IDR that follows fits the new buffer."""
+    def _follow(self, idr: bool, size: tuple[int, int]) -> bool:
+        """Whether the encoder was opened anew for another bit rate, picture rate or size. (x264's rate buffer cannot be changed
+        through PyAV, and with the old buffer a new rate swings for seconds.) The IDR that follows fits the new buffer."""
         wanted_bps = applied_bps(self._applied_bps, allowed_bps(self._rate, self._limits), idr)
-        wanted = wanted_bps, self._wanted_hz
-        if wanted == (self._applied_bps, self._applied_hz):
+        wanted = wanted_bps, self._wanted_hz, size
+        if wanted == (self._applied_bps, self._applied_hz, self._size):
             return False
-        self._applied_bps, self._applied_hz = wanted
-        self._context = _open_context(self._calibration, self._settings, *wanted)
+        self._applied_bps, self._applied_hz, self._size = wanted
+        narrower = size[0] / self._full_size[0]  # twice the bits for a pixel of half the width: it is shown larger
+        self._context = _open_context(size, self._settings, round(wanted_bps * narrower), self._wanted_hz)
         return True
 
 
-def _open_context(
-    calibration: CameraCalibration, settings: VideoSettings, bitrate_bps: int, rate_hz: float
-) -> av.VideoCodecContext:
+def _open_context(size: tuple[int, int], settings: VideoSettings, bitrate_bps: int, rate_hz: float) -> av.VideoCodecContext:
     context = av.CodecContext.create("libx264", "w")
-    context.width, context.height, context.pix_fmt = calibration.width_px, calibration.height_px, "yuv420p"
+    (context.width, context.height), context.pix_fmt = size, "yuv420p"
     context.framerate = Fraction(rate_hz).limit_denominator(1001)
     context.time_base = _TIME_BASE
     context.bit_rate = bitrate_bps

@@ -2,27 +2,38 @@
 
 Once a second it is asked whether pictures of a required camera came late or not at all, or a control loop missed deadlines.
 After two such seconds all other cameras take fewer pictures, a step for each bad second, down to a third; then the required
-ones, down to two thirds; then the others once more, and the required ones to a half. After eight good seconds one step is taken
-back. Control loops give nothing: they run at a better priority besides.
+ones, down to two thirds; then the others once more, and the required ones to a half; and when that is not enough, the required
+ones have half the width and height. After eight good seconds one step is taken back; a step that then proves too much is tried
+again after twice as long. Control loops give nothing: they run at a better priority besides.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from wire.messages.health import LoopHealth
 from wire.topics import PROGRAMS, Role
 
+
+class Rung(NamedTuple):
+    others: float  # share of the rate
+    required: float
+    halved: bool = False  # the required ones, width and height
+
+
 LADDER = (
-    (1.0, 1.0),
-    (2 / 3, 1.0),
-    (1 / 2, 1.0),
-    (1 / 3, 1.0),
-    (1 / 3, 2 / 3),
-    (1 / 6, 2 / 3),
-    (1 / 6, 1 / 2),
-)  # share of the rate: others, required
+    Rung(1.0, 1.0),
+    Rung(2 / 3, 1.0),
+    Rung(1 / 2, 1.0),
+    Rung(1 / 3, 1.0),
+    Rung(1 / 3, 2 / 3),
+    Rung(1 / 6, 2 / 3),
+    Rung(1 / 6, 1 / 2),
+    Rung(1 / 6, 1 / 2, halved=True),
+)
 CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # processes whose loops must not wait for a picture
 DOWN_AFTER_S, UP_AFTER_S = 2, 8  # down: the first step, then one a second; up: a step that is too much costs late pictures
+UP_AFTER_MAX_S = 64  # of a step that was too much three times
 LATE_NS = 100_000_000  # ours: half of what the car allows between two pictures; a picture ready so long after its capture is late
 LATE_SHARE = 0.2  # of the pictures of one second
 CONTROL_LATE_SHARE, CONTROL_LATE_LEAST = 0.02, 2  # of the cycles of one second
@@ -33,20 +44,45 @@ class Load:
     level: int = 0  # of LADDER
     pressed_s: int = 0
     calm_s: int = 0
+    patience_s: int = UP_AFTER_S  # calm that the next step back takes
+    since_back_s: int = UP_AFTER_S  # the last step back was so long ago, or longer: then it holds
+
+
+class Allowance(NamedTuple):
+    """What a camera may give now."""
+
+    rate_hz: float
+    halved: bool = False  # in width and height
 
 
 def after_a_second(load: Load, pressed: bool) -> Load:
     """pressed: the second that has passed was too much."""
-    if pressed:
-        pressed_s = load.pressed_s + 1
-        return Load(min(load.level + (pressed_s >= DOWN_AFTER_S), len(LADDER) - 1), pressed_s)
-    up = load.calm_s + 1 >= UP_AFTER_S
-    return Load(max(load.level - 1, 0)) if up else Load(load.level, 0, load.calm_s + 1)
+    later = replace(load, since_back_s=min(load.since_back_s + 1, UP_AFTER_S))
+    return _pressed(later) if pressed else _calm(later, load.since_back_s < UP_AFTER_S == later.since_back_s)
 
 
-def permitted_hz(nominal_hz: float, required: bool, load: Load) -> float:
-    """How many pictures a second a camera may take now."""
-    return nominal_hz * LADDER[load.level][1 if required else 0]
+def _pressed(load: Load) -> Load:
+    load = replace(load, pressed_s=load.pressed_s + 1, calm_s=0)
+    if load.pressed_s < DOWN_AFTER_S:
+        return load
+    load = replace(load, level=min(load.level + 1, len(LADDER) - 1))
+    if load.since_back_s == UP_AFTER_S:
+        return load
+    return replace(load, patience_s=min(2 * load.patience_s, UP_AFTER_MAX_S), since_back_s=UP_AFTER_S)
+
+
+def _calm(load: Load, held: bool) -> Load:
+    """held: a step back has just proved not to be too much."""
+    load = replace(load, pressed_s=0, calm_s=load.calm_s + 1, patience_s=UP_AFTER_S if held else load.patience_s)
+    if load.level == 0 or load.calm_s < load.patience_s:
+        return load
+    return replace(load, level=load.level - 1, calm_s=0, since_back_s=0)
+
+
+def allowance(nominal_hz: float, required: bool, load: Load) -> Allowance:
+    """Of a camera with so many pictures a second of its own."""
+    rung = LADDER[load.level]
+    return Allowance(nominal_hz * rung.required, rung.halved) if required else Allowance(nominal_hz * rung.others)
 
 
 def is_late(pictures: int, late: int, skipped: int) -> bool:

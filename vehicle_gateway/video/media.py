@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import av
 
-from vehicle_gateway.video.picture import Picture, at_camera_size
+from vehicle_gateway.video.picture import Picture, at_camera_size, size_of
 from vehicle_gateway.video.settings import SourceChoice
 from vehicle_gateway.video.slot import NewestSlot
 from vehicle_gateway.video.watermark import Watermark
@@ -40,7 +40,9 @@ class MediaSource:
         self.kind, self.is_camera = choice.kind, choice.kind != "file"
         self.losses = 0
         self._choice, self._calibration, self._clock = choice, calibration, clock
-        self._watermark = Watermark(calibration.width_px, calibration.height_px) if choice.kind == "file" else None
+        self._halved = False
+        sizes = (size_of(calibration, halved) for halved in (False, True))
+        self._watermarks = [Watermark(*size) for size in sizes] if choice.kind == "file" else []
         self._slot: NewestSlot[Picture] = NewestSlot()
         self._least_ns = self._taken_ns = 0  # between two pictures; when the last one was taken
         self._halt = threading.Event()
@@ -59,9 +61,10 @@ class MediaSource:
         self._halt.set()
         self._thread.join(timeout=_READ_TIMEOUT_S + 1.0)
 
-    def limit(self, rate_hz: float) -> None:
+    def limit(self, rate_hz: float, halved: bool = False) -> None:
         rests, is_full = rate_hz <= 0, rate_hz >= self._calibration.frame_rate_hz
         self._least_ns = _NEVER_NS if rests else 0 if is_full else round(_LIMIT_SHARE * 1e9 / rate_hz)
+        self._halved = halved
 
     def take(self, timeout_s: float) -> Picture | None:
         return self._slot.take(timeout_s)
@@ -131,9 +134,10 @@ class MediaSource:
             yield frame
 
     def _picture(self, frame: av.VideoFrame, capture_ns: int) -> Picture:
-        sized = at_camera_size(frame, self._calibration.width_px, self._calibration.height_px)
-        if self._watermark is not None:
-            self._watermark.draw(sized)
+        halved = self._halved
+        sized = at_camera_size(frame, *size_of(self._calibration, halved))
+        if self._watermarks:
+            self._watermarks[halved].draw(sized)
         return Picture(sized, capture_ns)
 
 

@@ -14,8 +14,9 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
 import numpy as np
+from msgspec.structs import replace
 
-from vehicle_gateway.video.picture import Bytes
+from vehicle_gateway.video.picture import Bytes, planes_of, size_of
 from vehicle_gateway.video.simulated import Renderer
 from wire.load import count_helper
 from wire.messages.base import decoder, encode
@@ -32,18 +33,19 @@ class PainterEnded(RuntimeError):
 
 
 class Painter:
-    """A Renderer whose pictures another process draws. Not safe for two threads at once."""
+    """A Renderer whose pictures another process draws, of every size it was made for. Not safe for two threads at once."""
 
-    def __init__(self, name: str, pipe: Connection, planes: Bytes) -> None:
-        self._name, self._pipe, self._planes = name, pipe, planes
+    def __init__(self, name: str, pipe: Connection, sizes: list[Bytes]) -> None:
+        self._name, self._pipe, self._sizes = name, pipe, sizes
 
     def render_planar(self, world: WorldState, out: Bytes) -> None:
+        number = next(number for number, planes in enumerate(self._sizes) if planes.shape == out.shape)
         try:
-            self._pipe.send_bytes(encode(world))
+            self._pipe.send_bytes(bytes((number,)) + encode(world))
             self._pipe.recv_bytes()
         except (EOFError, OSError):
             raise PainterEnded(f"the process that draws camera {self._name} has ended") from None
-        np.copyto(out, self._planes)
+        np.copyto(out, self._sizes[number])
 
 
 @contextmanager
@@ -52,16 +54,16 @@ def painters(
 ) -> Iterator[Mapping[str, Painter]]:
     """Running painters by camera. To be entered while the process has one thread; leaving ends them."""
     context = multiprocessing.get_context("fork")
-    renderers = [make(calibration) for calibration in cameras]
+    renderers = [[make(each) for each in _sizes(calibration)] for calibration in cameras]
     gc.collect()
     gc.freeze()  # a child that counts what it shares would copy it
     pipes = [context.Pipe() for _ in cameras]
     made: dict[str, Painter] = {}
     processes = []
-    for calibration, renderer, (ours, theirs) in zip(cameras, renderers, pipes, strict=True):
-        planes = _shared_planes(calibration)
+    for calibration, drawers, (ours, theirs) in zip(cameras, renderers, pipes, strict=True):
+        planes = [_shared_planes(each) for each in _sizes(calibration)]
         others = [end for pair in pipes for end in pair if end is not theirs]
-        asked = (renderer, theirs, planes, others, 0 if calibration.required else BEHIND_THE_FIRST)
+        asked = (drawers, theirs, planes, others, 0 if calibration.required else BEHIND_THE_FIRST)
         processes.append(context.Process(target=_paint, args=asked, name=f"painter-{calibration.name}", daemon=True))
         made[calibration.name] = Painter(calibration.name, ours, planes)
     for process in processes:
@@ -78,12 +80,21 @@ def painters(
             process.join(END_S)
 
 
+def _sizes(calibration: CameraCalibration) -> tuple[CameraCalibration, ...]:
+    """As it is and, of one that gives way by size, halved."""
+    if not calibration.required:
+        return (calibration,)
+    width_px, height_px = size_of(calibration, halved=True)
+    focal_px = calibration.focal_length_px * width_px / calibration.width_px
+    return calibration, replace(calibration, width_px=width_px, height_px=height_px, focal_length_px=focal_px)
+
+
 def _shared_planes(calibration: CameraCalibration) -> Bytes:
-    shape = calibration.height_px * 3 // 2, calibration.width_px
-    return np.frombuffer(mmap.mmap(-1, shape[0] * shape[1]), np.uint8).reshape(shape)
+    size = size_of(calibration, halved=False)
+    return planes_of(size, mmap.mmap(-1, size[0] * size[1] * 3 // 2))
 
 
-def _paint(renderer: Renderer, pipe: Connection, planes: Bytes, others: list[Connection], niceness: int) -> None:
+def _paint(renderers: list[Renderer], pipe: Connection, sizes: list[Bytes], others: list[Connection], niceness: int) -> None:
     """The life of a painter."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # sent to the whole group: the pipe tells when to end
@@ -94,7 +105,7 @@ def _paint(renderer: Renderer, pipe: Connection, planes: Bytes, others: list[Con
     while True:
         try:
             asked = pipe.recv_bytes()
-            renderer.render_planar(states.decode(asked), planes)
+            renderers[asked[0]].render_planar(states.decode(memoryview(asked)[1:]), sizes[asked[0]])
             pipe.send_bytes(b"")
         except (EOFError, BrokenPipeError, ConnectionResetError):
             return

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
+from mmap import mmap
 from typing import Any, Protocol, Self
 
 import av
@@ -9,13 +10,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from wire.messages.vehicle import CameraCalibration
+
 _BLACK_LUMA, _NEUTRAL_CHROMA = 16, 128  # limited range
 Bytes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    frame: av.VideoFrame  # yuv420p, camera's size
+    frame: av.VideoFrame  # yuv420p, camera's size or half of it
     capture_ns: int  # vehicle clock
 
 
@@ -38,8 +41,11 @@ class Source(Protocol):
     def losses(self) -> int:
         """How often the source was lost, since start."""
 
-    def limit(self, rate_hz: float) -> None:
-        """No more pictures a second than this from now on: the machine cannot keep up, or can again. 0: none, nobody wants them."""
+    def limit(self, rate_hz: float, halved: bool = False) -> None:
+        """No more pictures a second than this from now on: the machine cannot keep up, or can again. 0: none, nobody wants them.
+
+        halved  half the camera's width and height
+        """
 
     def take(self, timeout_s: float) -> Picture | None:
         """The newest picture not fetched before; None when none came within `timeout_s`."""
@@ -55,6 +61,13 @@ def from_bgr(image: Bytes) -> av.VideoFrame:
     return av.VideoFrame.from_ndarray(planar, format="yuv420p")
 
 
+def planes_of(size: tuple[int, int], buffer: bytes | mmap | None = None) -> Bytes:
+    """Room for a picture of that width and height, (H * 3 / 2, W), in `buffer` or its own."""
+    width, height = size
+    flat = np.zeros(width * height * 3 // 2, np.uint8) if buffer is None else np.frombuffer(buffer, np.uint8)
+    return flat[: width * height * 3 // 2].reshape(height * 3 // 2, width)
+
+
 def planar_frame(planes: Bytes) -> av.VideoFrame:
     """A frame of (H * 3 / 2, W) planes: a copy, so that the next picture can be rendered while this one is encoded."""
     return av.VideoFrame.from_ndarray(planes, format="yuv420p")
@@ -63,6 +76,13 @@ def planar_frame(planes: Bytes) -> av.VideoFrame:
 def luma(frame: av.VideoFrame) -> Bytes:
     """The luma plane as a writable (H, W) view."""
     return plane(frame, 0)
+
+
+def size_of(calibration: CameraCalibration, halved: bool) -> tuple[int, int]:
+    """Width and height of its pictures: even, as chroma has half of each."""
+    if not halved:
+        return calibration.width_px, calibration.height_px
+    return calibration.width_px // 4 * 2, calibration.height_px // 4 * 2
 
 
 def plane(frame: av.VideoFrame, number: int) -> Bytes:

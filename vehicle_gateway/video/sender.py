@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
-from vehicle_gateway.video.load import LADDER, ControlLoops, Load, after_a_second, hear, permitted_hz
+from vehicle_gateway.video.load import LADDER, ControlLoops, Load, after_a_second, allowance, hear
 from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
@@ -113,7 +113,7 @@ class VideoSender:
         if self._load.level != before.level:
             log.info("cameras: level %d of %d of giving way to the rest of the car", self._load.level, len(LADDER) - 1)
             for loop in self._loops:
-                loop.limit(permitted_hz(loop.calibration.frame_rate_hz, loop.calibration.required, self._load))
+                loop.limit(allowance(loop.calibration.frame_rate_hz, loop.calibration.required, self._load))
 
     def _publish_health(self, pace: Pace, now_ns: int) -> None:
         dropped = {"pictures not sent": self.sessions.dropped} if self.sessions.dropped else {}

@@ -11,10 +11,11 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from vehicle_gateway.video.picture import Bytes, Picture, luma, planar_frame
+from vehicle_gateway.video.picture import Bytes, Picture, luma, planar_frame, planes_of, size_of
 from vehicle_gateway.video.slot import NewestSlot
 from vehicle_gateway.video.turns import every, first_turns, is_turn, number_of
 from wire.messages.sensing import WorldState
+from wire.messages.vehicle import CameraCalibration
 
 NOISE_STEP_PX = 16  # one noisy pixel in 16 x 16
 _LOOK_S = 0.2  # how often a renderer without work looks whether it is to end
@@ -23,7 +24,7 @@ _BEGAN_ANEW_NS = 1_000_000_000  # a gap or a step back of more than this: anothe
 
 class Renderer(Protocol):
     def render_planar(self, world: WorldState, out: Bytes) -> None:
-        """The picture of that state into `out`: (H * 3 / 2, W), planar YUV 4:2:0 (BT.601, limited range)."""
+        """That state's picture into `out`: (H * 3 / 2, W), planar YUV 4:2:0 (BT.601, limited range); full or half size."""
 
 
 class SimulatedSource:
@@ -34,11 +35,12 @@ class SimulatedSource:
 
     kind, is_camera = "simulated", True
 
-    def __init__(self, renderer: Renderer, width_px: int, height_px: int, rate_hz: float) -> None:
-        self.rate_hz = rate_hz
+    def __init__(self, renderer: Renderer, calibration: CameraCalibration) -> None:
+        self.rate_hz = rate_hz = calibration.frame_rate_hz
         self.first_turn = 0
         self._renderer = renderer
-        self._planes: Bytes = np.zeros((height_px * 3 // 2, width_px), np.uint8)
+        self._planes = [planes_of(size_of(calibration, halved)) for halved in (False, True)]
+        self._halved = False
         self._step = every(rate_hz)
         self._states: NewestSlot[WorldState] = NewestSlot()
         self._pictures: NewestSlot[Picture] = NewestSlot()
@@ -60,7 +62,8 @@ class SimulatedSource:
         self._halt.set()
         self._pool.shutdown()
 
-    def limit(self, rate_hz: float) -> None:
+    def limit(self, rate_hz: float, halved: bool = False) -> None:
+        self._halved = halved
         self._step = every(min(rate_hz, self.rate_hz)) if rate_hz > 0 else 0
 
     def offer(self, world: WorldState, number: int | None) -> None:
@@ -88,8 +91,9 @@ class SimulatedSource:
             self._pictures.put(self._picture_of(world))
 
     def _picture_of(self, world: WorldState) -> Picture:
-        self._renderer.render_planar(world, self._planes)
-        frame = planar_frame(self._planes)
+        planes = self._planes[self._halved]
+        self._renderer.render_planar(world, planes)
+        frame = planar_frame(planes)
         add_read_noise(luma(frame), world.stamp_ns)
         return Picture(frame, world.stamp_ns)
 

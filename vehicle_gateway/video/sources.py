@@ -9,7 +9,7 @@ from vehicle_gateway.video.settings import SourceChoice, VideoSettings, parse_so
 from vehicle_gateway.video.simulated import Renderer, SimulatedSource, WorldFeed
 from wire.clock import Clock
 from wire.configuration import ConfigurationError
-from wire.messages.vehicle import CameraCalibration, VehicleDescription
+from wire.messages.vehicle import VehicleDescription
 
 _SIMULATED = SourceChoice("simulated", "")
 
@@ -48,14 +48,10 @@ def open_sources(
     for calibration in vehicle.cameras:
         choice = choices[calibration.name]
         if choice.kind == "simulated":
-            simulated.append(_simulated(calibration, renderers[calibration.name]))
+            simulated.append(SimulatedSource(renderers[calibration.name], calibration))
             sources[calibration.name] = simulated[-1]
         else:
             sources[calibration.name] = MediaSource(choice, calibration, clock)
     if simulated:
         link.on("world_state", WorldFeed(simulated).put)
     return sources
-
-
-def _simulated(calibration: CameraCalibration, renderer: Renderer) -> SimulatedSource:
-    return SimulatedSource(renderer, calibration.width_px, calibration.height_px, calibration.frame_rate_hz)

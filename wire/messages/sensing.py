@@ -136,3 +136,4 @@ class CameraStatus(Message):
     skipped: Count = 0  # pictures that came and were not taken in time, since start
     nominal_hz: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0  # by its calibration; 0: not told
     rate_hz: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0  # what it may take now; below nominal_hz the machine cannot keep up
+    halved: bool = False  # nor with its own width and height: half of each
