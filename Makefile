@@ -84,7 +84,7 @@ setup: .venv/ready .venv/compiled
 	@touch $@
 
 # The planners' kernels: anew when a source of theirs changes, as otherwise the first cycle would wait for the compiler.
-.venv/compiled: .venv/ready $(wildcard autonomy/planning/*.py autonomy/planning/*/*.py)
+.venv/compiled: .venv/ready $(shell find autonomy/planning -name '*.py')
 	@$(BIN)/autonomy compile
 	@touch $@
 

@@ -3,20 +3,40 @@
 What is ready already is read from disk in a fraction of a second. Never needed for a right result, only for one in time.
 """
 
+import shutil
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from time import monotonic
 
-from autonomy.planning.guidance.kernel import forget_older
 from autonomy.planning.guidance.warm_up import warm_up as guidance
+from autonomy.planning.kernels import kept_in
+from autonomy.planning.mpc.warm_up import warm_up as local_planner
 
-WARM_UPS: dict[str, Callable[[], None]] = {"guidance planner": guidance}
+WARM_UPS: dict[str, Callable[[], None]] = {"guidance planner": guidance, "local planner": local_planner}
 
 
 def warm_up(tell: Callable[[str], None]) -> None:
     """All of them, one after the other; `tell` hears what is going on."""
-    forget_older()
+    remove_old()
+    begins = "compiling, once, up to a minute and more on a busy machine" if is_new() else "reading what was compiled"
     for name, make_ready in WARM_UPS.items():
         begun_s = monotonic()
-        tell(f"compiling the {name}'s kernels (once; up to a minute)")
+        tell(f"{name}: {begins}")
         make_ready()
-        tell(f"ready after {monotonic() - begun_s:.0f} s")
+        tell(f"{name}: ready after {monotonic() - begun_s:.1f} s")
+
+
+def is_new() -> bool:
+    """Whether nothing of these sources was compiled yet."""
+    return not any(kept_in().rglob("*.nbi"))
+
+
+def remove_old() -> None:
+    """Kernels of other states of the sources, in our own environment only: elsewhere another version may want them."""
+    ours = kept_in()
+    if not ours.is_relative_to(Path(sys.prefix)):
+        return
+    for folder in ours.parent.iterdir():
+        if folder != ours:
+            shutil.rmtree(folder, ignore_errors=True)

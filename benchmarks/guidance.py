@@ -15,12 +15,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from autonomy.planning.guidance.clearance import Crowd, clear
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.planner import guide
 from autonomy.planning.guidance.settings import GuidanceSettings
 from autonomy.planning.guidance.state import Code, Guidances, initial_state
 from autonomy.planning.guidance.warm_up import warm_up
 from autonomy.planning.horizon import HORIZON_S, STEPS, CarState, Floats, Predictions
+from autonomy.planning.kernels import kernel
 from benchmarks.crossing_crowd import RADIUS_M, crossing, winding_path
 from benchmarks.figures import Figure, figure, percentile
 

@@ -7,6 +7,7 @@ from benchmarks import (
     guidance,
     lateness,
     picture_look,
+    planner,
     reaction,
     recorder,
     video,
@@ -27,4 +28,5 @@ BENCHMARKS: dict[str, Benchmark] = {
     gate_replay.NAME: gate_replay.figures,
     endurance.NAME: endurance.figures,
     guidance.NAME: guidance.figures,
+    planner.NAME: planner.figures,
 }

@@ -14,6 +14,7 @@ HORIZON_S = STEPS * STEP_S
 PLAN_PERIOD_S = 0.1  # a plan is made anew so often
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,4 +51,5 @@ class Trajectory:
     inputs: Floats  # (STEPS, 2): acceleration_m_s2, road wheel angle rate in rad/s
     cost: float
     feasible: bool  # inside every tolerance; else the rest is for looking at only
-    violation: float  # largest, of any constraint: metres, or the unit of its bound
+    violation: float  # largest, of any constraint: metres, or the unit of its bound; infinite when refused
+    refused: str = ""  # why it was not even tried; then the states say nothing

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from autonomy.planning.guidance.kernel import kernel
+from autonomy.planning.kernels import kernel
 
 GOLDEN, MIX_A, MIX_B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 A, B, C, D = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)

@@ -7,8 +7,8 @@ distance on it exact. Never compares metres with stages.
 from math import floor, sqrt
 from typing import NamedTuple
 
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.horizon import Floats
+from autonomy.planning.kernels import kernel
 
 SAME_STAGE = 1e-9
 

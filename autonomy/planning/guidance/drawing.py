@@ -7,11 +7,11 @@ import numpy as np
 
 from autonomy.planning.guidance.clearance import Crowd
 from autonomy.planning.guidance.graph import Graph, Ints
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.line import wrapped
 from autonomy.planning.guidance.search import DEPTH, Ways, polyline
 from autonomy.planning.guidance.splines import FINE, MOST_POINTS, Tier, rounded
 from autonomy.planning.horizon import STEPS, Floats
+from autonomy.planning.kernels import kernel
 
 
 class Drawn(NamedTuple):

@@ -2,9 +2,9 @@
 
 from math import hypot
 
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.settings import Drive
 from autonomy.planning.horizon import Floats
+from autonomy.planning.kernels import kernel
 
 SPARE_M = 0.3  # an edge may lead so much farther, nearer or more aside than the model allows
 LATERAL, STATION = 4, 3  # columns of a node

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from autonomy.planning.guidance.clearance import Crowd, clear, free
 from autonomy.planning.guidance.driving import effort, joins
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.settings import Drive
 from autonomy.planning.guidance.winding import side, turned
 from autonomy.planning.horizon import Floats
+from autonomy.planning.kernels import kernel
 
 Ints = NDArray[np.int64]
 GUARD, GOAL, CONNECTOR, REPLACED = range(4)

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.horizon import Floats
+from autonomy.planning.kernels import kernel
 from autonomy.planning.reference_path import ReferencePath
 
 VERTICES = 64

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autonomy.planning.guidance.clearance import Crowd
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.line import BEHIND_M, BEYOND_M, HEADING, HIGH, LOW, VERTICES, Line, at, foot
 from autonomy.planning.guidance.settings import GuidanceSettings
 from autonomy.planning.horizon import STEPS, Floats, Predictions
+from autonomy.planning.kernels import kernel
 
 SIDE_M = 1.0  # beyond the room; also what someone moves aside within a step
 NEARER = 0.95  # of the distance that someone has who is too near already: the way leads away from them

@@ -8,10 +8,10 @@ import numpy as np
 
 from autonomy.planning.guidance.chance import draw
 from autonomy.planning.guidance.driving import farthest_m, shortest_m
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.line import HIGH, LOW, Line, at, foot, place
 from autonomy.planning.guidance.settings import Drive
 from autonomy.planning.horizon import Floats
+from autonomy.planning.kernels import kernel
 
 
 @kernel

@@ -6,9 +6,9 @@ import numpy as np
 
 from autonomy.planning.guidance.clearance import Crowd
 from autonomy.planning.guidance.graph import CONNECTOR, GOAL, Graph, Ints, same
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.winding import side
 from autonomy.planning.horizon import Floats
+from autonomy.planning.kernels import kernel
 
 DEPTH = 6  # connectors in one way, at most
 CLASSES = 64  # kept while searching

@@ -13,9 +13,9 @@ import numpy as np
 
 from autonomy.planning.guidance.clearance import Crowd, clear
 from autonomy.planning.guidance.graph import Ints
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.winding import side, turned
 from autonomy.planning.horizon import HORIZON_S, STEPS, Floats
+from autonomy.planning.kernels import kernel
 
 POINTS = 10
 NEAR, SMOOTH, VELOCITY = 25.0, 10.0, 0.01  # weights

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from autonomy.planning.guidance.kernel import forget_older
 from autonomy.planning.guidance.planner import guide
 from autonomy.planning.guidance.settings import GuidanceSettings
 from autonomy.planning.guidance.state import initial_state
@@ -11,10 +10,7 @@ from autonomy.planning.reference_path import through
 
 
 def warm_up() -> None:
-    """One cycle beside one person: kernels take their types from the arrays, which are always the same.
-
-    Machine code of older sources goes.
-    """
+    """One cycle beside one person: kernels take their types from the arrays, which are always the same."""
     ends = np.array([[0.0, 0.0], [30.0, 0.0]])
     path = through(ends, np.zeros(2), np.full(2, 3.5), np.full(2, 3.5))
     car = CarState(x_m=1.0, y_m=0.0, heading_rad=0.0, speed_m_s=1.0, road_wheel_angle_rad=0.0, station_m=1.0)
@@ -24,5 +20,4 @@ def warm_up() -> None:
         covariances_m2=np.zeros((STEPS + 1, 1, 2, 2)),
         radii_m=np.full(1, 0.4),
     )
-    forget_older()
     guide(initial_state(0), car, path, person, GuidanceSettings())

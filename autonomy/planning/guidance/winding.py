@@ -15,9 +15,9 @@ from math import atan2, floor, pi
 import numpy as np
 
 from autonomy.planning.guidance.clearance import SAME_STAGE, Crowd, apart
-from autonomy.planning.guidance.kernel import kernel
 from autonomy.planning.guidance.line import wrapped
 from autonomy.planning.horizon import Floats
+from autonomy.planning.kernels import kernel
 
 
 class Side(IntEnum):
