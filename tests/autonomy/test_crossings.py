@@ -64,6 +64,20 @@ def test_they_start_beside_the_road_on_either_side_walk_at_the_papers_speeds_and
     assert 0.3 < np.mean(sides) < 0.7
 
 
+def test_those_who_are_to_meet_the_car_are_on_the_line_when_it_would_be_there() -> None:
+    for seed in range(20):
+        world = crossing("meeting_8", seed)
+        blind = replace(world, reacts=np.zeros(len(world.reacts), bool))
+        walks = walked(blind, seconds=25.0)
+        offsets = np.array([[world.road.to_road(*place) for place in places] for places in walks])  # station, offset, heading
+        for person in range(8):
+            at = int(np.argmin(np.abs(offsets[:, person, 1])))
+            assert abs(offsets[at, person, 1]) < 0.1
+            passing_s = offsets[at, person, 0] / world.crossing.speed_m_s
+            assert abs((at + 1) * STEP_S - passing_s) < 1.5 + 0.2
+        assert all(abs(world.road.to_road(*place).offset_m) > world.crossing.half_width_m for place in world.positions_m)
+
+
 @settings(deadline=None, max_examples=20)
 @given(st.integers(0, 10_000))
 def test_people_do_not_walk_through_each_other(seed: int) -> None:

@@ -34,6 +34,8 @@ class Crossers(Message):
     to_m: Metres = 32.0
     outside_m: tuple[Metres, Metres] = (1.0, 6.0)  # how far beside the road they start
     speed_m_s: tuple[WalkingSpeed, WalkingSpeed] = (1.14, 1.66)  # reference, motion-planner.md: the paper's speeds
+    meets_s: Annotated[float, Meta(ge=0.0, le=20.0)] | None = None  # then each starts where it reaches the line within so many
+    # seconds of a car that drives at its wanted speed from the start; None: outside_m, and many have crossed when the car comes
     slant_rad: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.2  # deviation of their way from straight across
     reacts: bool = True  # to each other and to the car; else they walk on whatever comes
 
@@ -161,13 +163,34 @@ def _crossers(
     crossing: Crossing, road: Road, random: np.random.Generator
 ) -> tuple[list[tuple[float, float]], list[tuple[float, float]], list[float]]:
     wanted = crossing.crossers
-    starts, goals, speeds = [], [], []
-    for _ in range(wanted.count):
-        station, side = random.uniform(wanted.from_m, wanted.to_m), random.choice((-1.0, 1.0))
-        edge = crossing.half_width_m + random.uniform(*wanted.outside_m)
-        beyond = crossing.half_width_m + BEYOND_M
-        along = np.tan(random.normal(0.0, wanted.slant_rad)) * (edge + beyond)
-        starts.append(road.to_world(station, side * edge)[:2])
-        goals.append(road.to_world(station + float(np.clip(along, -15.0, 15.0)), -side * beyond)[:2])
-        speeds.append(random.uniform(*wanted.speed_m_s))
-    return starts, goals, speeds
+    make = _beside if wanted.meets_s is None else _meeting
+    made = [make(crossing, road, random) for _ in range(wanted.count)]
+    return [start for start, _, _ in made], [goal for _, goal, _ in made], [speed for _, _, speed in made]
+
+
+Crosser = tuple[tuple[float, float], tuple[float, float], float]  # start, goal, speed
+
+
+def _beside(crossing: Crossing, road: Road, random: np.random.Generator) -> Crosser:
+    wanted = crossing.crossers
+    station, side = random.uniform(wanted.from_m, wanted.to_m), random.choice((-1.0, 1.0))
+    edge = crossing.half_width_m + random.uniform(*wanted.outside_m)
+    beyond = crossing.half_width_m + BEYOND_M
+    along = np.tan(random.normal(0.0, wanted.slant_rad)) * (edge + beyond)
+    start = road.to_world(station, side * edge)[:2]
+    goal = road.to_world(station + float(np.clip(along, -15.0, 15.0)), -side * beyond)[:2]
+    return start, goal, random.uniform(*wanted.speed_m_s)
+
+
+def _meeting(crossing: Crossing, road: Road, random: np.random.Generator) -> Crosser:
+    """Straight through a place on the line, there when the car would be."""
+    wanted = crossing.crossers
+    station, side = random.uniform(wanted.from_m, wanted.to_m), random.choice((-1.0, 1.0))
+    walking = random.uniform(*wanted.speed_m_s)
+    after_s = station / crossing.speed_m_s + random.uniform(-1.0, 1.0) * (wanted.meets_s or 0.0)
+    x, y, heading = road.to_world(station)
+    way = heading + side * np.pi / 2 + np.clip(random.normal(0.0, wanted.slant_rad), -1.0, 1.0)
+    from_m = max(walking * after_s, crossing.half_width_m + 0.5)  # nobody starts on the road
+    to_m = crossing.half_width_m + BEYOND_M
+    start, goal = ((x + float(m * np.cos(way)), y + float(m * np.sin(way))) for m in (-from_m, to_m))
+    return start, goal, walking

@@ -1,0 +1,151 @@
+"""The planners of Table I as drivers of a crossing: what each is told is the same, and so is the car. Pure.
+
+The braking planner keeps to the middle of the street as its own lane, with the demo's own settings; the others may use all of it.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from autonomy.car_shape import CarShape
+from autonomy.control.speed import SpeedSettings, SpeedState, preview_m, wanted_acceleration
+from autonomy.control.steering import SteeringSettings, wanted_angle_rad
+from autonomy.perception.tracking import Track
+from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation, plan
+from autonomy.planning.crossings.drive import THING_0, Asked, Planner, Seen
+from autonomy.planning.crossings.scenario import World
+from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S, CarState
+from autonomy.planning.reference_path import ReferencePath, lane_path
+from autonomy.planning.route import own_lane
+from autonomy.planning.speed_limits import ceiling
+from autonomy.planning.topology import Around, TopologySettings, TopologyState
+from autonomy.planning.topology import plan as plan_topology
+from wire.messages.automation import RoadSegment
+from wire.road import Road
+
+# reference, motion-planner.md: the Prius of the published planner
+CAR = CarShape(front_m=3.85, rear_m=0.95, half_width_m=1.125, wheelbase_m=2.79, road_wheel_angle_max_rad=0.55, braking_max_m_s2=8.0)
+BEHIND_M, BEYOND_M = 5.0, 30.0  # of the road, so that neither start nor horizon is at the path's end
+STEERING_RATE_RAD_S = 1.5
+Method = Callable[[World], Planner]
+
+
+def topology(settings: TopologySettings) -> Method:
+    def of(world: World) -> Planner:
+        path, state = path_of(world), TopologyState()
+
+        def asked(seen: Seen) -> Asked:
+            nonlocal state
+            car = replace_station(seen.car)
+            around = Around(car=car, path=path, predictions=seen.predictions, speed_m_s=world.crossing.speed_m_s)
+            state, decision = plan_topology(state, around, CAR, settings)
+            acceleration, rate = decision.chosen.trajectory.inputs[0]
+            return Asked(float(acceleration), float(rate), decision.braking)
+
+        return asked
+
+    return of
+
+
+def braking(settings: PlanningSettings, speed: SpeedSettings) -> Method:
+    """The demo's own: stops for whoever will be in the way."""
+
+    def of(world: World) -> Planner:
+        road = street_as_lane(world)
+        before: Plan | None = None
+        memory = SpeedState()
+
+        def asked(seen: Seen) -> Asked:
+            nonlocal before, memory
+            car, limit = seen.car, world.crossing.speed_m_s
+            at = road.to_road(car.x_m, car.y_m, car.station_m)
+            situation = Situation(
+                now_ns=round(seen.time_s * 1e9),
+                road=road,
+                shape=CAR,
+                station_m=at.station_m,
+                speed_m_s=car.speed_m_s,
+                tracks=tracks_of(seen),
+            )
+            before = plan(situation, before, settings)
+            ahead = at.station_m + preview_m(memory, car.speed_m_s, speed)
+            bound = ceiling(ahead, limit, settings.comfort_m_s2, before.stops, before.caps)
+            memory = wanted_acceleration(memory, car.speed_m_s, bound, True, PLAN_PERIOD_S, speed)
+            angle = wanted_angle_rad(
+                at, car.heading_rad, car.speed_m_s, road, own_lane(road), before.shift, CAR, SteeringSettings()
+            )
+            rate = (angle - car.road_wheel_angle_rad) / PLAN_PERIOD_S
+            return Asked(memory.acceleration_m_s2, min(max(rate, -STEERING_RATE_RAD_S), STEERING_RATE_RAD_S))
+
+        return asked
+
+    return of
+
+
+def replace_station(car: CarState) -> CarState:
+    """On the path, which begins before the road."""
+    return replace(car, station_m=car.station_m + BEHIND_M)
+
+
+def path_of(world: World) -> ReferencePath:
+    half = world.crossing.half_width_m
+    return lane_path(world.road, lambda _: 0.0, -BEHIND_M, world.road.length_m + BEYOND_M, -half, half)
+
+
+def street_as_lane(world: World) -> Road:
+    """The same street as a road whose own lane it is: its line lies on the left edge, so that the lane's middle is the street's."""
+    half, told = world.crossing.half_width_m, world.road.map
+    x, y, heading = world.road.to_world(0.0, half)
+    beside = tuple(
+        RoadSegment(
+            length_m=each.length_m * (1.0 - each.curvature_1_m * half),
+            curvature_1_m=each.curvature_1_m / (1.0 - each.curvature_1_m * half),
+        )
+        for each in told.segments
+    )
+    length = sum(each.length_m for each in beside)
+    return Road(
+        type(told)(
+            name=told.name,
+            start=(x, y),
+            start_heading_rad=heading,
+            segments=(*beside, RoadSegment(length_m=BEYOND_M, curvature_1_m=0.0)),
+            lane_width_m=2.0 * half,
+            sidewalk_width_m=told.sidewalk_width_m,
+            speed_limit_m_s=told.speed_limit_m_s,
+            drives_on="right",
+            goal_station_m=length + BEYOND_M,  # it is not to slow down for the end of the measured way
+        )
+    )
+
+
+def tracks_of(seen: Seen) -> tuple[Track, ...]:
+    """Everybody it is told of, known as well as the others know them."""
+    people, stamp_ns = seen.predictions, round(seen.time_s * 1e9)
+    velocities = (people.positions_m[1] - people.positions_m[0]) / STEP_S
+    return tuple(
+        Track(
+            number=number,
+            stamp_ns=stamp_ns,
+            born_ns=0,
+            x_m=float(people.positions_m[0, k, 0]),
+            y_m=float(people.positions_m[0, k, 1]),
+            velocity_x_m_s=float(velocities[k, 0]),
+            velocity_y_m_s=float(velocities[k, 1]),
+            position_variance=1e-4,
+            cross_variance=0.0,
+            velocity_variance=1e-4,
+            radius_m=float(people.radii_m[k]),
+            votes=(("barrier" if number >= THING_0 else "person", 10),),
+            confirmed=True,
+            static=number >= THING_0,
+        )
+        for k, number in enumerate(people.numbers)
+    )
+
+
+METHODS: dict[str, Method] = {
+    "braking planner": braking(PlanningSettings(), SpeedSettings()),
+    "LMPCC": topology(TopologySettings(guided=False)),
+    "T-MPC++ without the unguided planner": topology(TopologySettings(unguided=False)),
+    "T-MPC++": topology(TopologySettings()),
+}
