@@ -1,9 +1,9 @@
-# make demo | test | test-kernel | drives | check | faults | mode-faults | test-foxglove | scenarios | bench: each sets up .venv by itself.
+# make demo | test | test-kernel | drives | check | faults | mode-faults | test-foxglove | scenarios | table1 | bench: each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 unexport PYTHONDONTWRITEBYTECODE  # nine programs start at once: compile each module once, not at every start
 
-.PHONY: demo test test-deep test-coverage test-mutation fuzz test-kernel drives check setup faults mode-faults test-foxglove scenarios bench format \
+.PHONY: demo test test-deep test-coverage test-mutation fuzz test-kernel drives check setup faults mode-faults test-foxglove scenarios table1 bench format \
   clean
 
 demo: setup
@@ -65,6 +65,10 @@ test-foxglove:
 
 scenarios: setup
 	$(BIN)/python -m benchmarks.scenarios
+
+# Table I: every planner through every crossing (an hour and a half; goes on where it was broken off).
+table1: setup
+	$(BIN)/python -m benchmarks.crossings.table $(ARGS)
 
 bench: setup
 	$(BIN)/python -m benchmarks --json benchmarks/results/figures.json $(ARGS)

@@ -143,6 +143,7 @@ def tracks_of(seen: Seen) -> tuple[Track, ...]:
     )
 
 
+TUNING = "not yet"
 METHODS: dict[str, Method] = {
     "braking planner": braking(PlanningSettings(), SpeedSettings()),
     "LMPCC": topology(TopologySettings(guided=False)),

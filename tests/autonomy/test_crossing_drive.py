@@ -37,7 +37,7 @@ def test_a_blind_car_hits_somebody_who_does_not_react() -> None:
         there = world("occluded_4", seed)
         verdict, _ = drive(replace(there, reacts=np.zeros(len(there.reacts), bool)), CAR, towards(2.0))  # its road is straight
         hits += verdict.collided
-        assert verdict.collided == (verdict.closest_m < 0.0)
+        assert verdict.collided == (verdict.closest_m is not None and verdict.closest_m < 0.0)
     assert hits > 0
 
 

@@ -47,7 +47,7 @@ class Verdict:
     collided: bool  # with a person, a thing, or the edge of the road
     timed_out: bool
     mean_speed_m_s: float
-    closest_m: float  # to anybody
+    closest_m: float | None  # to anybody; None: there was nobody
     off_road_m: float  # the farthest a corner was beyond the edge
     braked: int  # cycles without a plan
 
@@ -89,7 +89,7 @@ def drive(world: World, shape: CarShape, planner: Planner, start_speed_m_s: floa
         collided=hit,
         timed_out=not reached and not hit,
         mean_speed_m_s=travelled / time_s if time_s else 0.0,
-        closest_m=closest,
+        closest_m=closest if np.isfinite(closest) else None,
         off_road_m=off_road,
         braked=braked,
     )

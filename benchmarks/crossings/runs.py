@@ -1,0 +1,67 @@
+"""Drives through crossings, each kept as soon as it is done: what was broken off goes on, what the sources changed is done anew."""
+
+from collections.abc import Iterator
+from hashlib import sha256
+from pathlib import Path
+
+from msgspec import DecodeError
+from msgspec.json import Decoder, encode
+
+import autonomy.control
+from autonomy.planning.crossings.drive import Verdict, drive
+from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
+from autonomy.planning.kernels import fingerprint
+from benchmarks.crossings.methods import CAR, Method
+from wire.messages.base import Count, Message
+
+KEPT = Path(".table1")
+
+
+class Run(Message):
+    crossing: str
+    method: str
+    seed: Count
+    sources: str  # fingerprint of the planners, of this benchmark, and of the crossing's file
+    verdict: Verdict
+
+
+class Runs:
+    """All runs of the present sources, in one file a crossing."""
+
+    def __init__(self, folder: Path = KEPT) -> None:
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def of(self, crossing: str, methods: dict[str, Method], seeds: range) -> Iterator[Run]:
+        """Those kept, and the missing ones driven now, in order of seed and method."""
+        sources = sources_of(crossing)
+        file = self._folder / f"{crossing}.jsonl"
+        kept = {(run.method, run.seed): run for run in _read(file) if run.sources == sources}
+        read, tracks = read_crossing(find_crossing(crossing))
+        for seed in (read.first_seed + seed for seed in seeds):
+            for name, method in methods.items():
+                run = kept.get((name, seed))
+                if run is None:
+                    world = world_of(read, seed, tracks)
+                    verdict, _ = drive(world, CAR, method(world))
+                    run = Run(crossing=crossing, method=name, seed=seed, sources=sources, verdict=verdict)
+                    with file.open("ab") as out:
+                        out.write(encode(run) + b"\n")
+                yield run
+
+
+def sources_of(crossing: str) -> str:
+    """Whatever a verdict depends on: planners, control, the methods' settings, the crossing's file."""
+    told = sha256((fingerprint() + fingerprint(Path(autonomy.control.__file__).parent)).encode())
+    for file in (Path(__file__).with_name("methods.py"), find_crossing(crossing)):
+        told.update(file.read_bytes())
+    return told.hexdigest()[:16]
+
+
+def _read(file: Path) -> Iterator[Run]:
+    decoder = Decoder(Run)
+    for line in file.read_bytes().splitlines() if file.exists() else ():
+        try:
+            yield decoder.decode(line)
+        except DecodeError:  # the last line of a run that was killed
+            continue

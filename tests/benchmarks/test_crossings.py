@@ -1,0 +1,73 @@
+"""Table I's own arithmetic, and that a run is made once."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from autonomy.planning.crossings.drive import Asked, Verdict
+from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
+from benchmarks.crossings.methods import CAR, street_as_lane
+from benchmarks.crossings.runs import Run, Runs
+from benchmarks.crossings.table import difference, interval, reported, told
+
+
+def run(seed: int, duration_s: float, collided: bool = False, timed_out: bool = False) -> Run:
+    verdict = Verdict(
+        duration_s=duration_s, collided=collided, timed_out=timed_out, mean_speed_m_s=1.5, closest_m=0.7, off_road_m=0.0, braked=1
+    )
+    return Run(crossing="a", method="b", seed=seed, sources="c", verdict=verdict)
+
+
+def test_the_interval_of_a_mean_is_what_the_normal_distribution_says() -> None:
+    values = np.random.default_rng(1).normal(3.0, 2.0, 400)
+    low, high = interval(values)
+    half = 1.96 * values.std(ddof=1) / 20.0
+    assert (low, high) == pytest.approx((values.mean() - half, values.mean() + half), abs=0.02)
+
+
+def test_pairs_of_which_one_collided_have_no_difference_of_durations() -> None:
+    ours = [run(seed, 20.0 + seed % 2) for seed in range(10)] + [run(10, 3.0, collided=True)]
+    theirs = [run(seed, 21.0 + seed % 2) for seed in range(10)] + [run(10, 40.0)]
+    assert difference(ours, theirs) == "-1.00 s [-1.00, -1.00], shorter; another duration in 10 of 10 seeds"
+    assert "no difference" in difference(ours[:10], ours[:10])
+
+
+def test_a_row_counts_collisions_and_time_outs_and_gives_durations_of_the_others() -> None:
+    assert told([run(0, 20.0), run(1, 22.0), run(2, 5.0, collided=True), run(3, 40.0, timed_out=True)]) == (
+        "27.3 (11.0) | 1 | 1 | 1.50 | 0.70 | 1.0"
+    )
+
+
+def test_a_run_is_made_once_and_again_only_for_another_seed(tmp_path: Path) -> None:
+    made: list[int] = []
+
+    def off_at_once(world):
+        made.append(1)
+        return lambda seen: Asked(2.0 - seen.car.speed_m_s, 0.5)
+
+    first = list(Runs(tmp_path).of("crossers_0", {"m": off_at_once}, range(2)))
+    with (tmp_path / "crossers_0.jsonl").open("ab") as file:
+        file.write(b'{"crossing":"cross')  # it was killed here
+    again = list(Runs(tmp_path).of("crossers_0", {"m": off_at_once}, range(3)))
+    assert again[:2] == first
+    assert len(made) == 3
+    assert all(each.verdict.collided for each in again)
+
+
+def test_nothing_is_reported_that_was_tuned_on() -> None:
+    assert "crossers_4" in reported() and "meeting_4" in reported()
+    assert not any(name.startswith("tuning") for name in reported())
+
+
+@pytest.mark.parametrize("name", ["crossers_4", "occluded_4"])
+def test_the_braking_planners_lane_is_the_street(name: str) -> None:
+    world = world_of(read_crossing(find_crossing(name))[0], 0)
+    lane = street_as_lane(world)
+    half = world.crossing.half_width_m
+    for station in np.arange(1.0, world.road.length_m, 3.0):
+        x, y, heading = world.road.to_world(float(station))
+        at = lane.to_road(x, y, float(station))
+        assert at.offset_m == pytest.approx(-half, abs=1e-6)
+        assert at.heading_rad == pytest.approx(heading, abs=1e-6)
+    assert CAR.half_width_m < half
