@@ -5,13 +5,15 @@ The automation's scene brings a path that was checked against road edge and stan
 is no longer free is for `free_way` to say, in every cycle.
 """
 
-from collections.abc import Iterable, Sequence
-from itertools import accumulate, repeat
+from collections.abc import Iterable
+from itertools import repeat
 from math import atan2, cos, dist, hypot, sin
 from typing import NamedTuple
 
+from vehicle_gateway.sweep import along_of, line_of
 from wire.messages.automation import Scene
 from wire.messages.base import Angle, Count, Length, Message, Position, TimeNs
+from wire.messages.vehicle import VehicleDescription
 
 CORRIDOR_AGE_MAX_NS = 1_000_000_000  # evidence older than this is no evidence (ten scenes at 10 Hz)
 USABLE_NS = 6_000_000_000  # and older than this no guide either: a stop from 30 km/h takes 4 s, dead reckoning drifts
@@ -61,22 +63,11 @@ def advance(odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, dt_s: f
     )
 
 
-def shift_of(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, now_ns: int) -> Shift:
-    """The scene's pose is `now - stamp` old: the odometry is taken back by that much."""
-    then = advance(odometry, speed_m_s, yaw_rate_rad_s, -(now_ns - scene.stamp_ns) / 1e9)
-    turn = then.heading_rad - scene.heading_rad
-    return Shift(scene.x_m, scene.y_m, then.x_m, then.y_m, cos(turn), sin(turn))
-
-
-def keep_corridor(scene: Scene, shift: Shift) -> Corridor:
+def keep_corridor(scene: Scene, shift: Shift, vehicle: VehicleDescription) -> Corridor:
     """The scene's corridor in the odometry frame."""
     points = shift.points(scene.stopping_corridor)
-    return Corridor(points=points, checked_ns=scene.stamp_ns, along_m=along_of(points))
-
-
-def along_of(points: Sequence[tuple[float, float]]) -> tuple[float, ...]:
-    """How far each point lies along the line from the first."""
-    return tuple(accumulate(map(dist, points, points[1:]), initial=0.0)) if points else ()
+    along_m, strip = line_of(points, vehicle)
+    return Corridor(points=points, checked_ns=scene.stamp_ns, along_m=along_m, sweep_m=strip.sweep_m if strip else None)
 
 
 class Pursuit(Message):
@@ -84,28 +75,37 @@ class Pursuit(Message):
     remaining_m: Length  # along the corridor
 
 
-def usable(corridor: Corridor, odometry: Odometry, speed_m_s: float, now_ns: int) -> bool:
-    """Whether the corridor says anything about where this car is now: not too old, not beside it, not driving backwards."""
+def nearest(corridor: Corridor, odometry: Odometry) -> tuple[int, float]:
+    """Number of the point that the car is at, and how far it is from there."""
+    distances = list(map(dist, corridor.points, repeat((odometry.x_m, odometry.y_m))))
+    least_m = min(distances)
+    return distances.index(least_m), least_m
+
+
+def usable_from(corridor: Corridor, odometry: Odometry, speed_m_s: float, now_ns: int) -> int | None:
+    """Number of the point that the car is at; None when the corridor says nothing about where this car is now.
+
+    It does not when it is too old, when the car is beside it, or drives backwards.
+    """
     if not corridor.points or speed_m_s < 0.0 or now_ns - corridor.checked_ns > USABLE_NS:
-        return False
-    return min(map(dist, corridor.points, repeat((odometry.x_m, odometry.y_m)))) <= BESIDE_MAX_M
+        return None
+    at, beside_m = nearest(corridor, odometry)
+    return at if beside_m <= BESIDE_MAX_M else None
 
 
-def remaining_m(corridor: Corridor, odometry: Odometry, free: int | None) -> float | None:
+def remaining_m(corridor: Corridor, odometry: Odometry, at: int, free: int | None) -> float | None:
     """How much of a usable corridor is left before the car, as far as it is free; None when the car is beyond its end.
 
-    As `pursue` has it, for every cycle: only the points about the car are looked at.
+    As `pursue` has it, for every cycle: only the points from `at` on, the one the car is at, are looked at.
     """
     points, (x0, y0) = corridor.points, (odometry.x_m, odometry.y_m)
     c, s = cos(odometry.heading_rad), sin(odometry.heading_rad)
-    distances = list(map(dist, points, repeat((x0, y0))))
-    nearest = distances.index(min(distances))
-    ahead = (at for at in range(nearest, len(points)) if (points[at][0] - x0) * c + (points[at][1] - y0) * s > 0.0)
+    ahead = (number for number in range(at, len(points)) if (points[number][0] - x0) * c + (points[number][1] - y0) * s > 0.0)
     first, end = next(ahead, None), len(points) if free is None else free
     if first is None:
         return None
-    along_m = corridor.along_m or along_of(points)
-    return distances[first] + along_m[end - 1] - along_m[first] if first < end else 0.0
+    along_m = corridor.along_m or along_of(list(map(dist, points, points[1:])))
+    return dist(points[first], (x0, y0)) + along_m[end - 1] - along_m[first] if first < end else 0.0
 
 
 def pursue(corridor: Corridor, odometry: Odometry, speed_m_s: float, wheelbase_m: float, free: int | None = None) -> Pursuit | None:

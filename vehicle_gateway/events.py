@@ -1,6 +1,6 @@
 """Which events happened in this cycle. Pure; the authority decides what becomes of them."""
 
-from vehicle_gateway.authority import IN_ORDER, Event
+from vehicle_gateway.authority import Event
 from vehicle_gateway.failsafe import RULES
 from vehicle_gateway.hand_over import refuse_hand_back
 from vehicle_gateway.measure import is_overridden, picture_ms
@@ -21,8 +21,8 @@ def happened(
         | _of_the_operator(state, inputs, now_ns, vehicle, limits)
         | _of_the_automation(state, now_ns, limits)
     )
-    causes = {RULES[cause].event for cause in state.causes if not (state.on_no_stop and cause in SOFT)}
-    return tuple([event for event in IN_ORDER if table.get(event) or event in causes])
+    causes = [RULES[cause].event for cause in state.causes if not (state.on_no_stop and cause in SOFT)]
+    return (*[event for event, so in table.items() if so], *[event for event in causes if event is not None])
 
 
 def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool) -> dict[Event, bool]:
@@ -52,12 +52,11 @@ def _of_the_operator(
     waited_ms = (now_ns - state.granted_ns) / 1e6
     command = inputs.command
     answered = command is not None and command.dead_man and command.lease_epoch == state.lease.epoch
-    seen = picture_ms(state, vehicle) <= limits.failsafe.picture_lost_ms
-    taking = state.authority.mode is Mode.HANDING_OVER
+    taking, in_time = state.authority.mode is Mode.HANDING_OVER, waited_ms <= limits.hand_over.commit_ms
     return {
         Event.TOWER_STOP: state.stop_pressed,
-        Event.TAKE_COMMITTED: taking and answered and seen and waited_ms <= limits.hand_over.commit_ms,
-        Event.TAKE_LAPSED: taking and waited_ms > limits.hand_over.commit_ms,
+        Event.TAKE_COMMITTED: taking and answered and in_time and picture_ms(state, vehicle) <= limits.failsafe.picture_lost_ms,
+        Event.TAKE_LAPSED: taking and not in_time,
     }
 
 
@@ -85,8 +84,10 @@ def _of_the_automation(state: State, now_ns: int, limits: GatewayLimits) -> dict
 def _may_engage(state: State, now_ns: int, limits: GatewayLimits) -> bool:
     """Whether the car sets off by itself: only where that is configured, once, and with help within reach."""
     authority = limits.authority
+    if not authority.engage_autonomously or state.engaged:
+        return False
     fit_s = (now_ns - state.healthy_since_ns) / 1e9 if state.healthy_since_ns else -1.0
     fresh_ns = limits.failsafe.picture_lost_ms * 1e6
     seen = any(now_ns - picture.advanced_ns <= fresh_ns for picture in state.pictures.values())
     helped = not authority.engage_needs_operator or (bool(state.lease.holder) and seen)
-    return authority.engage_autonomously and not state.engaged and helped and fit_s >= authority.engage_after_s
+    return helped and fit_s >= authority.engage_after_s

@@ -6,11 +6,10 @@ a corridor the way is the curvature that would be held. What is not known is nev
 """
 
 from collections.abc import Iterable, Sequence
-from itertools import repeat
 from math import cos, dist, hypot, sin
 
-from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, Shift
-from vehicle_gateway.sweep import Circle, Points, in_reach
+from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, Shift, nearest
+from vehicle_gateway.sweep import Circle, Points, in_reach, line_of
 from wire.messages.automation import STOPPING_CORRIDOR_M, Scene
 from wire.messages.base import Length, Message, Name, Position, Speed, TimeNs
 from wire.messages.vehicle import VehicleDescription
@@ -72,7 +71,7 @@ def moved_on(things: Iterable[Thing], age_s: float) -> list[Circle]:
     """Where moving things may be now; age_s  since they were seen."""
     age_s = max(age_s, 0.0)
     return [
-        Circle(
+        (
             thing.x_m + thing.velocity_x_m_s * age_s,
             thing.y_m + thing.velocity_y_m_s * age_s,
             thing.radius_m + thing.deviation_m + GROWTH_M_S * age_s,
@@ -83,7 +82,7 @@ def moved_on(things: Iterable[Thing], age_s: float) -> list[Circle]:
 
 def as_they_stand(things: Iterable[Thing]) -> list[Circle]:
     """Standing things: their estimate settles, it does not grow; the automation keeps a distance of its own besides."""
-    return [Circle(thing.x_m, thing.y_m, thing.radius_m) for thing in things]
+    return [(thing.x_m, thing.y_m, thing.radius_m) for thing in things]
 
 
 def free_points(points: Points, begin: int, things: Sequence[Circle], vehicle: VehicleDescription) -> int:
@@ -119,43 +118,38 @@ def _touches(points: Points, at: int, thing: Circle, front_m: float, rear_m: flo
     if length == 0.0:
         return True
     c, s = (x2 - x1) / length, (y2 - y1) / length
-    dx, dy = thing.x_m - points[at][0], thing.y_m - points[at][1]
+    x, y, radius = thing
+    dx, dy = x - points[at][0], y - points[at][1]
     ahead, left = dx * c + dy * s, dy * c - dx * s
     outside = max(ahead - front_m, -rear_m - ahead, 0.0)
     beside = max(abs(left) - half_m, 0.0)
-    return hypot(outside, beside) < thing.radius_m
-
-
-def nearest(points: Points, odometry: Odometry) -> int:
-    """Index of the point the car is at."""
-    distances = list(map(dist, points, repeat((odometry.x_m, odometry.y_m))))
-    return distances.index(min(distances))
+    return hypot(outside, beside) < radius
 
 
 def cut_by_standing(corridor: Corridor, around: Surroundings, odometry: Odometry, vehicle: VehicleDescription) -> int | None:
     """How many points of a new corridor are clear of standing things; None: all."""
-    if not around.standing:
+    things = _met(corridor, as_they_stand(around.standing), vehicle)
+    if not things:
         return None
-    begin = nearest(corridor.points, odometry)
-    free = free_points(corridor.points, begin, _met(corridor, begin, as_they_stand(around.standing), vehicle), vehicle)
+    at, _ = nearest(corridor, odometry)
+    free = free_points(corridor.points, at, things, vehicle)
     return None if free == len(corridor.points) else free
 
 
-def _met(corridor: Corridor, begin: int, things: list[Circle], vehicle: VehicleDescription) -> list[Circle]:
-    return things if corridor.sweep_m is None else in_reach(corridor.points, begin, things, corridor.sweep_m, vehicle)
-
-
-def free_of_corridor(
-    corridor: Corridor, around: Surroundings, odometry: Odometry, now_ns: int, vehicle: VehicleDescription
-) -> int | None:
-    """How many of its points are free now; None: all."""
-    if not around.moving or not corridor.points:
+def free_of_corridor(corridor: Corridor, around: Surroundings, at: int, now_ns: int, vehicle: VehicleDescription) -> int | None:
+    """How many of its points, from `at` on, are free now; None: all."""
+    things = _met(corridor, moved_on(around.moving, (now_ns - around.seen_ns) / 1e9), vehicle)
+    if not things:
         return corridor.free
     points = corridor.points[: corridor.free]
-    begin = min(nearest(corridor.points, odometry), len(points))
-    things = moved_on(around.moving, (now_ns - around.seen_ns) / 1e9)
-    free = free_points(points, begin, _met(corridor, begin, things, vehicle), vehicle)
+    free = free_points(points, min(at, len(points)), things, vehicle)
     return corridor.free if free == len(points) else free
+
+
+def _met(corridor: Corridor, things: list[Circle], vehicle: VehicleDescription) -> list[Circle]:
+    """Those that a car in the corridor might touch."""
+    strip = line_of(corridor.points, vehicle).strip
+    return things if strip is None else in_reach(strip, things)
 
 
 def held_way(odometry: Odometry, curvature_1_m: float) -> tuple[tuple[float, float], ...]:

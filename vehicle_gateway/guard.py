@@ -11,7 +11,7 @@ from enum import StrEnum
 from math import cos, hypot, sin, sqrt, tan
 from typing import Annotated, NamedTuple
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.free_way import Surroundings
@@ -48,8 +48,8 @@ class GuardLimits(Message):
     )
 
 
-class Thing(NamedTuple):
-    """One tracked object in the odometry frame, at the scene's time."""
+class Thing(Struct, frozen=True, array_like=True):
+    """One tracked object in the odometry frame, at the scene's time; in a recording five numbers."""
 
     x_m: float
     y_m: float
@@ -191,8 +191,9 @@ def near_path(
     reach_m += grown
     behind_m = -motion.rear_m - grown
     aside_m = motion.half_width_m + min(reach_m**2 * abs(motion.curvature_1_m) / 2, reach_m) + grown
-    for x, y, velocity_x, velocity_y, radius in things.near:
-        dx, dy = x + velocity_x * age_s - x0, y + velocity_y * age_s - y0
+    for thing in things.near:
+        velocity_x, velocity_y, radius = thing.velocity_x_m_s, thing.velocity_y_m_s, thing.radius_m
+        dx, dy = thing.x_m + velocity_x * age_s - x0, thing.y_m + velocity_y * age_s - y0
         left, across = dy * c - dx * s, velocity_y * c - velocity_x * s
         if abs(left) >= aside_m + abs(across) * horizon_s + radius:
             continue  # most are: rows of people beside the road

@@ -38,7 +38,7 @@ class LoopAges(Message):
 
     def p95_ms(self) -> float:
         """0 with no sample: silence is the failsafe's matter, not the cap's."""
-        ages = sorted([age for _, age in self.samples])  # a list: 100 times a second, and a generator costs twice as much
+        ages = sorted(map(itemgetter(1), self.samples))
         return ages[min(int(0.95 * len(ages)), len(ages) - 1)] if ages else 0.0
 
 

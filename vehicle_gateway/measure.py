@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from vehicle_gateway.authority import RECEIVES, Source, brakes_held, driving_source
 from vehicle_gateway.can.codec import Feedback
-from vehicle_gateway.corridor import Corridor, advance, keep_corridor, remaining_m, shift_of, usable
+from vehicle_gateway.corridor import Corridor, advance, keep_corridor, remaining_m, usable_from
 from vehicle_gateway.failsafe import Ages, active_causes
 from vehicle_gateway.free_way import (
     CORRIDOR,
@@ -22,10 +22,9 @@ from vehicle_gateway.free_way import (
 from vehicle_gateway.guard import GuardLimits, Things, things_of
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
 from vehicle_gateway.loop_age import loop_age_ms
-from vehicle_gateway.place import Fix, fix_of
+from vehicle_gateway.place import Fix, fix_of, shift_of
 from vehicle_gateway.rolling import Rolling, watch_rolling
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Picture, State
-from vehicle_gateway.sweep import sweep_of
 from wire.messages.automation import Scene
 from wire.messages.base import CAMERAS_MAX, Gear
 from wire.messages.operating import DriveCommand
@@ -60,17 +59,17 @@ def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescripti
 def _of_scene(
     state: State, scene: Scene, feedback: Feedback, now_ns: int, vehicle: VehicleDescription, limits: GuardLimits
 ) -> dict[str, object]:
-    shift = shift_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns)
+    fix = fix_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns)
+    shift = shift_of(fix)
     around = keep_surroundings(scene, shift)
     fields: dict[str, object] = {
         "around": around,
         "things": things_of(around, state.odometry, feedback.speed_m_s, limits),
-        "fix": fix_of(scene, state.odometry, feedback.speed_m_s, feedback.yaw_rate_rad_s, now_ns),
+        "fix": fix,
     }
     if not scene.stopping_corridor:
         return fields  # the last corridor that was checked still counts
-    corridor = keep_corridor(scene, shift)
-    corridor = replace(corridor, sweep_m=sweep_of(corridor.points, vehicle))
+    corridor = keep_corridor(scene, shift, vehicle)
     return fields | {"corridor": replace(corridor, free=cut_by_standing(corridor, around, state.odometry, vehicle))}
 
 
@@ -137,9 +136,10 @@ def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription,
 def _of_way(state: State, now_ns: int, vehicle: VehicleDescription) -> dict[str, object]:
     """What is free of the way that a stop would take now."""
     speed_m_s = state.feedback.speed_m_s if state.feedback else 0.0
-    if usable(state.corridor, state.odometry, speed_m_s, now_ns):
-        free = free_of_corridor(state.corridor, state.around, state.odometry, now_ns, vehicle)
-        left_m = remaining_m(state.corridor, state.odometry, free)
+    at = usable_from(state.corridor, state.odometry, speed_m_s, now_ns)
+    if at is not None:
+        free = free_of_corridor(state.corridor, state.around, at, now_ns, vehicle)
+        left_m = remaining_m(state.corridor, state.odometry, at, free)
         if left_m is not None:
             return {"corridor_free": free, "way": Way(along=CORRIDOR, free_m=left_m)}
     seen = state.autonomy_status is not None and state.autonomy_status.healthy  # what an unhealthy automation saw is not known

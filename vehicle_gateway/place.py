@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 from msgspec import Meta
 
-from vehicle_gateway.corridor import Odometry, advance
+from vehicle_gateway.corridor import Odometry, Shift, advance
 from wire.messages.automation import Scene
 from wire.messages.base import Angle, Length, Message, Position, TimeNs
 
@@ -49,6 +49,12 @@ def fix_of(scene: Scene, odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: f
         deviation_m=scene.deviation_m,
         odometry=advance(odometry, speed_m_s, yaw_rate_rad_s, -(now_ns - scene.stamp_ns) / 1e9),
     )
+
+
+def shift_of(fix: Fix) -> Shift:
+    """From the map frame into that of the odometry: the fix is the same place in both."""
+    turn = fix.odometry.heading_rad - fix.heading_rad
+    return Shift(fix.x_m, fix.y_m, fix.odometry.x_m, fix.odometry.y_m, cos(turn), sin(turn))
 
 
 def place_of(fix: Fix, odometry: Odometry, now_ns: int, limits: PlaceLimits) -> Place | None:

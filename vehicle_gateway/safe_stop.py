@@ -9,7 +9,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, pursue, usable
+from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, pursue, usable_from
 from wire.messages.base import Indicators, Message
 from wire.messages.vehicle import Actuation, VehicleDescription
 
@@ -39,7 +39,7 @@ def safe_stop(
     corridor_free  how many of the corridor's points are still free (None: all): it stops before the first that is not
     """
     fresh = now_ns - corridor.checked_ns <= CORRIDOR_AGE_MAX_NS
-    known = usable(corridor, odometry, speed_m_s, now_ns)
+    known = usable_from(corridor, odometry, speed_m_s, now_ns) is not None
     pursuit = pursue(corridor, odometry, speed_m_s, vehicle.wheelbase_m, corridor_free) if known else None
     if pursuit is None:
         angle, braking = previous.road_wheel_angle_rad, limits.braking_max_m_s2

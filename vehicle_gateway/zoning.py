@@ -3,7 +3,6 @@
 The geometry is in `zones.py`. The map is part of the limits, so a recording replays with the zones it was driven with.
 """
 
-from functools import lru_cache
 from math import cos, pi, sin
 from typing import NamedTuple
 
@@ -13,9 +12,10 @@ from vehicle_gateway.gate import Bound
 from vehicle_gateway.guard import Motion, motion_of
 from vehicle_gateway.guarding import is_backwards
 from vehicle_gateway.place import Place, place_of
+from vehicle_gateway.remembered import remembered
 from vehicle_gateway.state import GatewayLimits, State
 from vehicle_gateway.zones import OnRoad, Stretch, bounds_of, exit_of, gap_m, is_behind, is_inside, overlaps
-from wire.messages.automation import RoadMap, Zone, ZoneKind
+from wire.messages.automation import Zone, ZoneKind
 from wire.messages.vehicle import VehicleDescription
 from wire.rear_view import REAR
 from wire.road import Road, wrap_angle
@@ -25,14 +25,12 @@ NEXT_M = 30.0  # ours: the exit of a no-stop zone counts from here on
 SOFT = (Cause.LOOP_TOO_SLOW,)  # the driver is there and sees, only late: a no-stop zone is left first
 
 
+road_of = remembered(Road)
+
+
 class Zoned(NamedTuple):
     bounds: tuple[Bound, ...]
     on_no_stop: bool  # some part of the car is in a no-stop zone
-
-
-@lru_cache(maxsize=4)
-def _road(road_map: RoadMap) -> Road:
-    return Road(road_map)
 
 
 def zones_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> Zoned:
@@ -42,7 +40,7 @@ def zones_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: Gat
         return Zoned((), False)
     backwards = is_backwards(state, feedback.speed_m_s)
     motion = motion_of(feedback.speed_m_s, state.applied.road_wheel_angle_rad, backwards, vehicle)
-    road, place = _road(road_map), place_of(state.fix, state.odometry, now_ns, limits.place)
+    road, place = road_of(road_map), place_of(state.fix, state.odometry, now_ns, limits.place)
     at = None if place is None else on_road(road, place, motion.curvature_1_m, backwards)
     no_stop = [zone for zone in road_map.zones if zone.kind is ZoneKind.NO_STOP]
     may_enter = at is None or all(_may_enter(zone, at, motion, road, state, now_ns, limits) for zone in no_stop)

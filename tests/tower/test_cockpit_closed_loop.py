@@ -17,9 +17,10 @@ from haptics.settings import HapticsSettings
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
 from tower.cockpit.settings import CockpitSettings
-from vehicle_gateway.corridor import Odometry, shift_of
+from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.free_way import keep_surroundings
 from vehicle_gateway.guard import GuardLimits, motion_of, things_of, watch
+from vehicle_gateway.place import fix_of, shift_of
 from wire.configuration import shipped
 from wire.latest import EventQueue, Latest
 from wire.messages.automation import Reason, RoadMap, Scene, TakeoverRequest, TrackedObject
@@ -435,7 +436,7 @@ class Drive:
             return
         here = Odometry(x_m=car.x, y_m=car.y, heading_rad=car.heading)
         limits, motion = GuardLimits(), motion_of(car.speed, command.road_wheel_angle_rad, False, CAR)
-        around = keep_surroundings(scene, shift_of(scene, here, 0.0, 0.0, scene.stamp_ns))
+        around = keep_surroundings(scene, shift_of(fix_of(scene, here, 0.0, 0.0, scene.stamp_ns)))
         things = things_of(around, here, car.speed, limits)
         seen = watch(things, (car.x, car.y, car.heading), motion, False, False, scene.stamp_ns, CAR, limits)
         self.guarded += sum(bound.acceleration_m_s2 < command.acceleration_m_s2 for bound in seen.bounds)

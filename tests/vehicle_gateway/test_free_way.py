@@ -18,7 +18,7 @@ from vehicle_gateway.free_way import (
     keep_surroundings,
     moved_on,
 )
-from vehicle_gateway.sweep import Circle, in_reach, sweep_of
+from vehicle_gateway.sweep import in_reach, line_of
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import Scene, TrackedObject
 from wire.messages.vehicle import VehicleDescription
@@ -41,16 +41,17 @@ def touched(points, at, thing):
     """Whether the box of the car standing at this point, along the way, meets the circle."""
     first, second = (at, at + 1) if at + 1 < len(points) else (at - 1, at)
     heading = atan2(points[second][1] - points[first][1], points[second][0] - points[first][0])
-    dx, dy = thing.x_m - points[at][0], thing.y_m - points[at][1]
+    x, y, radius = thing
+    dx, dy = x - points[at][0], y - points[at][1]
     ahead, left = dx * cos(heading) + dy * sin(heading), dy * cos(heading) - dx * sin(heading)
-    return hypot(ahead - min(max(ahead, -REAR), FRONT), left - min(max(left, -HALF), HALF)) < thing.radius_m
+    return hypot(ahead - min(max(ahead, -REAR), FRONT), left - min(max(left, -HALF), HALF)) < radius
 
 
 def plainly(points, begin, things):
     return next((at for at in range(begin, len(points)) if any(touched(points, at, thing) for thing in things)), len(points))
 
 
-places = st.builds(Circle, st.floats(-10.0, 45.0), st.floats(-15.0, 15.0), st.floats(0.05, 3.0))
+places = st.tuples(st.floats(-10.0, 45.0), st.floats(-15.0, 15.0), st.floats(0.05, 3.0))
 
 
 @settings(deadline=None, max_examples=150)
@@ -78,32 +79,37 @@ def test_on_any_way_however_wild_no_touched_point_is_called_free(points, things)
 )
 def test_what_is_out_of_reach_of_the_body_s_sweep_is_never_touched(curvature, step, begin, things):
     points = arc(curvature, step=step)
-    sweep_m = sweep_of(points, CAR)
-    kept = things if sweep_m is None else in_reach(points, begin, things, sweep_m, CAR)
+    strip = line_of(points, CAR).strip
+    kept = things if strip is None else in_reach(strip, things)
     assert plainly(points, begin, kept) == plainly(points, begin, things)
 
 
 def test_who_walks_two_and_a_half_metres_beside_a_straight_way_is_out_of_reach_and_a_crooked_line_says_nothing():
-    sweep_m = sweep_of(STRAIGHT, CAR)
-    assert sweep_m is not None and HALF < sweep_m < 2.0
-    assert in_reach(STRAIGHT, 0, [Circle(10.0, 2.5, 0.4), Circle(33.0, 0.0, 0.4)], sweep_m, CAR) == [Circle(33.0, 0.0, 0.4)]
-    assert sweep_of(((0.0, 0.0), (1.0, 0.0), (0.0, 0.1)), CAR) is None
-    assert sweep_of(((0.0, 0.0), (0.1, 0.0), (0.2, 0.0)), CAR) is None
-    assert sweep_of((), CAR) is None
+    strip = line_of(STRAIGHT, CAR).strip
+    assert strip is not None and HALF < strip.sweep_m < 2.0
+    assert in_reach(strip, [(10.0, 2.5, 0.4), (33.0, 0.0, 0.4)]) == [(33.0, 0.0, 0.4)]
+    assert line_of(((0.0, 0.0), (1.0, 0.0), (0.0, 0.1)), CAR).strip is None
+    assert line_of(((0.0, 0.0), (0.1, 0.0), (0.2, 0.0)), CAR).strip is None
+    assert line_of((), CAR) == ((), None)
+    assert line_of(((4.0, 5.0),), CAR) == ((0.0,), None)
+
+
+def test_how_far_each_point_lies_along_a_way_is_the_sum_of_the_steps_before_it():
+    assert line_of(((0.0, 0.0), (3.0, 4.0), (3.0, 6.0)), CAR).along_m == (0.0, 5.0, 7.0)
 
 
 def test_a_way_of_one_point_near_a_thing_is_not_free_whatever_way_the_car_stands():
-    assert free_points(((0.0, 0.0),), 0, [Circle(0.0, 3.0, 0.2)], CAR) == 0
-    assert free_points(((0.0, 0.0),), 0, [Circle(0.0, 5.0, 0.2)], CAR) == 1
-    assert free_points((), 0, [Circle(0.0, 5.0, 0.2)], CAR) == 0
-    assert free_points(((1.0, 1.0), (1.0, 1.0)), 0, [Circle(50.0, 0.0, 0.2)], CAR) == 2
+    assert free_points(((0.0, 0.0),), 0, [(0.0, 3.0, 0.2)], CAR) == 0
+    assert free_points(((0.0, 0.0),), 0, [(0.0, 5.0, 0.2)], CAR) == 1
+    assert free_points((), 0, [(0.0, 5.0, 0.2)], CAR) == 0
+    assert free_points(((1.0, 1.0), (1.0, 1.0)), 0, [(50.0, 0.0, 0.2)], CAR) == 2
 
 
 def test_the_bumper_touches_before_the_rear_axle_is_there():
     """A thing of 0.5 m stands 20 m ahead: the bumper, 3.6 m before the axle, may get to 19.5 m."""
-    assert free_points(STRAIGHT, 0, [Circle(20.0, 0.0, 0.5)], CAR) == 16  # points 0 to 15: the bumper at 18.6 m
-    assert free_points(STRAIGHT, 0, [Circle(20.0, HALF + 0.5, 0.499)], CAR) == 31
-    assert free_points(STRAIGHT, 0, [Circle(20.0, HALF + 0.5, 0.501)], CAR) == 17
+    assert free_points(STRAIGHT, 0, [(20.0, 0.0, 0.5)], CAR) == 16  # points 0 to 15: the bumper at 18.6 m
+    assert free_points(STRAIGHT, 0, [(20.0, HALF + 0.5, 0.499)], CAR) == 31
+    assert free_points(STRAIGHT, 0, [(20.0, HALF + 0.5, 0.501)], CAR) == 17
 
 
 def thing(x, y, vx=0.0, vy=0.0, deviation=0.1):
@@ -111,30 +117,30 @@ def thing(x, y, vx=0.0, vy=0.0, deviation=0.1):
 
 
 def test_a_moving_thing_is_looked_for_where_it_is_by_now_and_larger_the_longer_it_was_not_seen():
-    assert moved_on([thing(10.0, -4.0, 0.0, 1.4)], 0.0) == [Circle(10.0, -4.0, pytest.approx(0.4))]
-    assert moved_on([thing(10.0, -4.0, 1.0, 1.4)], 2.0) == [Circle(12.0, pytest.approx(-1.2), pytest.approx(1.4))]
-    assert moved_on([thing(10.0, -4.0, 1.0, 1.4)], -2.0) == [Circle(10.0, -4.0, pytest.approx(0.4))]
+    assert moved_on([thing(10.0, -4.0, 0.0, 1.4)], 0.0) == [(10.0, -4.0, pytest.approx(0.4))]
+    assert moved_on([thing(10.0, -4.0, 1.0, 1.4)], 2.0) == [(12.0, pytest.approx(-1.2), pytest.approx(1.4))]
+    assert moved_on([thing(10.0, -4.0, 1.0, 1.4)], -2.0) == [(10.0, -4.0, pytest.approx(0.4))]
 
 
 def test_a_person_who_walks_into_the_corridor_cuts_it_and_gives_it_back_behind_him():
     """From 4 m beside at 2 m/s, 0.3 m wide: into the car's way of 0.88 m at about 1.4 s, out of it at about 2.6 s."""
     corridor = Corridor(points=STRAIGHT, checked_ns=NOW, free=31)
     around = Surroundings(moving=(thing(20.0, -4.0, 0.0, 2.0, 0.0),), seen_ns=NOW)
-    free = [free_of_corridor(corridor, around, Odometry(), NOW + round(t * SECOND), CAR) for t in (0.0, 1.0, 1.6)]
+    free = [free_of_corridor(corridor, around, 0, NOW + round(t * SECOND), CAR) for t in (0.0, 1.0, 1.6)]
     assert free == [31, 31, plainly(STRAIGHT, 0, moved_on(around.moving, 1.6))]
     assert free[2] < 17
     later = Surroundings(moving=(thing(20.0, 3.0, 0.0, 2.0, 0.0),), seen_ns=NOW)
-    assert free_of_corridor(corridor, later, Odometry(), NOW, CAR) == 31
+    assert free_of_corridor(corridor, later, 0, NOW, CAR) == 31
 
 
 def test_somebody_behind_the_car_cuts_nothing_and_what_standing_things_cut_stays_cut():
     behind = Surroundings(moving=(thing(2.0, 0.0),), seen_ns=NOW)
-    assert free_of_corridor(Corridor(points=STRAIGHT, checked_ns=NOW, free=31), behind, Odometry(x_m=10.0), NOW, CAR) == 31
+    assert free_of_corridor(Corridor(points=STRAIGHT, checked_ns=NOW, free=31), behind, 10, NOW, CAR) == 31
     cut = Corridor(points=STRAIGHT, checked_ns=NOW, free=12)
-    assert free_of_corridor(cut, behind, Odometry(x_m=10.0), NOW, CAR) == 12
-    assert free_of_corridor(cut, Surroundings(seen_ns=NOW), Odometry(), NOW, CAR) == 12
-    assert free_of_corridor(Corridor(), behind, Odometry(), NOW, CAR) is None
-    assert free_of_corridor(cut, behind, Odometry(x_m=25.0), NOW, CAR) == 12
+    assert free_of_corridor(cut, behind, 10, NOW, CAR) == 12
+    assert free_of_corridor(cut, Surroundings(seen_ns=NOW), 0, NOW, CAR) == 12
+    assert free_of_corridor(Corridor(), behind, 0, NOW, CAR) is None
+    assert free_of_corridor(cut, behind, 25, NOW, CAR) == 12
 
 
 @given(curvature=st.floats(-0.2, 0.2), heading=st.floats(-pi, pi))

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from vehicle_gateway.authority import Authority
 from vehicle_gateway.can.codec import Feedback
-from vehicle_gateway.corridor import Odometry, shift_of
+from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.cycle import step
 from vehicle_gateway.free_way import keep_surroundings
 from vehicle_gateway.guard import (
@@ -26,6 +26,7 @@ from vehicle_gateway.guard import (
     things_of,
     watch,
 )
+from vehicle_gateway.place import fix_of, shift_of
 from vehicle_gateway.state import GatewayLimits, Inputs, initial_state
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import Scene, TrackedObject, Zone, ZoneKind
@@ -133,7 +134,7 @@ def test_a_curve_is_followed_and_not_its_tangent():
 def test_who_walks_into_the_path_is_braked_for_and_who_leaves_it_is_not():
     into, away = Thing(7.5, 2.4, 0.0, -1.6, 0.4), Thing(7.5, 1.1, 0.0, 1.6, 0.4)
     assert watched(seen(into), 6.0).eye is Eye.BRAKING
-    assert watched(seen(into._replace(velocity_y_m_s=0.0)), 6.0).eye is Eye.CLEAR
+    assert watched(seen(replace(into, velocity_y_m_s=0.0)), 6.0).eye is Eye.CLEAR
     assert watched(seen(away), 6.0).eye is Eye.CLEAR
 
 
@@ -197,7 +198,7 @@ def scene(objects, now, x=0.0, y=0.0, heading=0.0):
 
 
 def kept_of(at, odometry, speed):
-    return things_of(keep_surroundings(at, shift_of(at, odometry, 0.0, 0.0, START)), odometry, speed, LIMITS).near
+    return things_of(keep_surroundings(at, shift_of(fix_of(at, odometry, 0.0, 0.0, START))), odometry, speed, LIMITS).near
 
 
 def test_of_five_hundred_only_the_nearest_are_kept_and_in_the_frame_of_the_odometry():

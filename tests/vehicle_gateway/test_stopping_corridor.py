@@ -7,9 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, pursue, remaining_m, shift_of, usable
+from vehicle_gateway.corridor import Corridor, Odometry, advance, keep_corridor, nearest, pursue, remaining_m, usable_from
+from vehicle_gateway.place import fix_of, shift_of
+from wire.configuration import read_sections, shipped
 from wire.messages.automation import Scene
+from wire.messages.vehicle import VehicleDescription
 
+CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 WHEELBASE = 2.7
 NOW = 10**12
 
@@ -70,7 +74,7 @@ def test_a_point_of_the_scene_is_seen_from_the_car_where_it_really_is(speed, yaw
     truth = on_circle(speed, yaw_rate, age_ms / 1000.0, *then)
     odometry = Odometry(x_m=start[0], y_m=-start[0] / 2, heading_rad=start[1])
     seen = scene(*then, (point,), NOW - age_ms * 1_000_000)
-    kept = keep_corridor(seen, shift_of(seen, odometry, speed, yaw_rate, NOW))
+    kept = keep_corridor(seen, shift_of(fix_of(seen, odometry, speed, yaw_rate, NOW)), CAR)
     assert len(kept.points) == 1
     found = seen_from(odometry.x_m, odometry.y_m, odometry.heading_rad, kept.points[0])
     assert found == pytest.approx(seen_from(*truth, point), abs=0.02 + 0.01 * hypot(*point) * abs(yaw_rate))
@@ -143,22 +147,23 @@ def test_no_corridor_asks_for_more_than_a_right_angle_or_for_no_number(points, h
 
 def test_a_corridor_guides_nobody_when_it_is_old_beside_the_car_behind_its_back_or_empty():
     ahead = Corridor(points=tuple((float(x), 0.0) for x in range(30)), checked_ns=NOW)
-    assert usable(ahead, Odometry(), 5.0, NOW + 5 * 10**9)
-    assert not usable(ahead, Odometry(), 5.0, NOW + 7 * 10**9)
-    assert usable(ahead, Odometry(x_m=3.5, y_m=1.4), 5.0, NOW)
-    assert not usable(ahead, Odometry(x_m=3.5, y_m=1.6), 5.0, NOW)
-    assert not usable(ahead, Odometry(), -0.5, NOW)
-    assert not usable(Corridor(points=(), checked_ns=NOW), Odometry(), 5.0, NOW)
+    assert usable_from(ahead, Odometry(), 5.0, NOW + 5 * 10**9) == 0
+    assert usable_from(ahead, Odometry(), 5.0, NOW + 7 * 10**9) is None
+    assert usable_from(ahead, Odometry(x_m=3.6, y_m=1.4), 5.0, NOW) == 4
+    assert usable_from(ahead, Odometry(x_m=3.6, y_m=1.6), 5.0, NOW) is None
+    assert usable_from(ahead, Odometry(), -0.5, NOW) is None
+    assert usable_from(Corridor(points=(), checked_ns=NOW), Odometry(), 5.0, NOW) is None
 
 
 @given(speed=st.floats(0.0, 10.0), gone=st.floats(0.0, 35.0), beside=st.floats(-1.0, 1.0), free=st.none() | st.integers(0, 31))
 def test_what_remains_is_found_about_the_car_as_it_is_by_looking_at_every_point(speed, gone, beside, free):
     seen = scene(0.0, 0.0, 0.0, bend(30.0, spacing=1.0))
-    corridor = keep_corridor(seen, shift_of(seen, Odometry(), 0.0, 0.0, NOW))
+    corridor = keep_corridor(seen, shift_of(fix_of(seen, Odometry(), 0.0, 0.0, NOW)), CAR)
     here = Odometry(x_m=min(gone, 8.0), y_m=beside) if gone < 8.0 else Odometry(x_m=gone, y_m=30.0 * (1 - cos((gone - 8.0) / 30.0)))
     found = pursue(corridor, here, speed, WHEELBASE, free)
-    left_m = remaining_m(corridor, here, free)
+    at, _ = nearest(corridor, here)
+    left_m = remaining_m(corridor, here, at, free)
     assert (found is None) == (left_m is None)
     if found is not None:
         assert left_m == pytest.approx(found.remaining_m, abs=1e-6)
-        assert remaining_m(replace(corridor, along_m=()), here, free) == left_m  # as an older recording has it
+        assert remaining_m(replace(corridor, along_m=()), here, at, free) == left_m  # as an older recording has it

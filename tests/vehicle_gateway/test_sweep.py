@@ -5,7 +5,7 @@ from math import cos, dist, sin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vehicle_gateway.sweep import Circle, in_reach
+from vehicle_gateway.sweep import in_reach, line_of
 from wire.configuration import read_sections, shipped
 from wire.messages.vehicle import VehicleDescription
 
@@ -25,19 +25,18 @@ def bent_way(x, y, heading, turns):
 @settings(deadline=None, max_examples=200)
 @given(
     start=st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.floats(-3.2, 3.2)),
-    turns=st.lists(st.floats(-0.4, 0.4), min_size=1, max_size=30),
-    begin=st.integers(0, 30),
-    sweep_m=st.floats(0.5, 4.0),
+    turns=st.lists(st.floats(-0.2, 0.2), min_size=1, max_size=30),
     beside=st.lists(st.tuples(st.floats(-20.0, 50.0), st.floats(-15.0, 15.0), st.floats(0.05, 3.0)), min_size=1, max_size=8),
 )
-def test_those_are_in_reach_that_some_point_of_the_way_or_of_its_bonnet_comes_near(start, turns, begin, sweep_m, beside):
+def test_those_are_in_reach_that_some_point_of_the_way_or_of_its_bonnet_comes_near(start, turns, beside):
     points, heading = bent_way(*start, turns)
-    begin = min(begin, len(points) - 1)
     (x, y), (ex, ey) = points[0], points[-1]
     c, s = cos(start[2]), sin(start[2])
-    things = [Circle(x + ahead * c - left * s, y + ahead * s + left * c, radius) for ahead, left, radius in beside]
-    line = [*points[begin:], *((ex + k * cos(heading), ey + k * sin(heading)) for k in range(1, int(BONNET_M + 1e-9) + 2))]
-    gaps = {thing: min(dist(point, thing[:2]) for point in line) - sweep_m - thing.radius_m for thing in things}
-    kept = in_reach(points, begin, things, sweep_m, CAR)
+    things = [(x + ahead * c - left * s, y + ahead * s + left * c, radius) for ahead, left, radius in beside]
+    line = [*points, *((ex + k * cos(heading), ey + k * sin(heading)) for k in range(1, int(BONNET_M + 1e-9) + 2))]
+    strip = line_of(points, CAR).strip
+    assert strip is not None
+    gaps = {thing: min(dist(point, thing[:2]) for point in line) - strip.sweep_m - thing[2] for thing in things}
+    kept = in_reach(strip, things)
     assert all(thing in kept for thing, gap_m in gaps.items() if gap_m < -1e-6)
     assert not any(thing in kept for thing, gap_m in gaps.items() if gap_m > 1e-6)
