@@ -50,7 +50,11 @@ class Shift(NamedTuple):
 
     def points(self, points: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
         map_x, map_y, x0, y0, c, s = self
-        return tuple([(x0 + (x - map_x) * c - (y - map_y) * s, y0 + (x - map_x) * s + (y - map_y) * c) for x, y in points])
+        shifted = []
+        for x, y in points:
+            dx, dy = x - map_x, y - map_y
+            shifted.append((x0 + dx * c - dy * s, y0 + dx * s + dy * c))
+        return tuple(shifted)
 
 
 def advance(odometry: Odometry, speed_m_s: float, yaw_rate_rad_s: float, dt_s: float) -> Odometry:

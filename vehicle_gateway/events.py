@@ -16,13 +16,13 @@ def happened(
 
     started  no feedback had been seen before this cycle: the gateway has just started
     """
-    table = (
-        _of_the_car(state, now_ns, limits, started)
-        | _of_the_operator(state, inputs, now_ns, vehicle, limits)
-        | _of_the_automation(state, now_ns, limits)
+    tables = (
+        _of_the_car(state, now_ns, limits, started),
+        _of_the_operator(state, inputs, now_ns, vehicle, limits),
+        _of_the_automation(state, now_ns, limits),
     )
     causes = [RULES[cause].event for cause in state.causes if not (state.on_no_stop and cause in SOFT)]
-    return (*[event for event, so in table.items() if so], *[event for event in causes if event is not None])
+    return (*[event for table in tables for event, so in table.items() if so], *[event for event in causes if event is not None])
 
 
 def _of_the_car(state: State, now_ns: int, limits: GatewayLimits, started: bool) -> dict[Event, bool]:

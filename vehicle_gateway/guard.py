@@ -83,7 +83,7 @@ class Watch(NamedTuple):
     cap_m_s: float = 100.0  # none: the end of the message's range
 
 
-class Motion(NamedTuple):
+class Motion(Struct, frozen=True):
     """How the car goes on, in its own frame with x along the way it drives: a car in reverse is a car in a mirror."""
 
     speed_m_s: float  # >= 0
@@ -114,10 +114,10 @@ def things_of(around: Surroundings, odometry: Odometry, speed_m_s: float, limits
     ahead_s = STEP_S * STEPS + limits.age_max_ms / 1e3
     reach_m = min(AROUND_M + (abs(speed_m_s) + GAINED_M_S) * ahead_s, NEAR_M)
     near = [
-        (distance2, thing, moves)
-        for seen, within_m2, moves in ((around.standing, reach_m**2, 0.0), (around.moving, NEAR_M**2, 1.0))
+        (distance_m, thing, moves)
+        for seen, within_m, moves in ((around.standing, reach_m, 0.0), (around.moving, NEAR_M, 1.0))
         for thing in seen
-        if (distance2 := (thing.x_m - x0) ** 2 + (thing.y_m - y0) ** 2) < within_m2
+        if (distance_m := hypot(thing.x_m - x0, thing.y_m - y0)) < within_m
     ]
     if len(near) > THINGS_MAX:
         near = sorted(near, key=lambda each: each[0])[:THINGS_MAX]

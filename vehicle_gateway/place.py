@@ -5,9 +5,9 @@ too old or too doubtful is none: `place_of` says None, and whoever needs a place
 """
 
 from math import cos, sin
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from vehicle_gateway.corridor import Odometry, Shift, advance
 from wire.messages.automation import Scene
@@ -31,7 +31,7 @@ class Fix(Message):
     odometry: Odometry = Odometry()
 
 
-class Place(NamedTuple):
+class Place(Struct, frozen=True):
     x_m: float  # rear axle, map frame
     y_m: float
     heading_rad: float

@@ -4,7 +4,7 @@ It spares `free_way` a close look at who stands beside the way. Line and strip o
 """
 
 from collections.abc import Sequence
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from math import atan2, dist, hypot
 from typing import NamedTuple
 
@@ -59,13 +59,22 @@ def _sweep_m(points: Points, lengths: Sequence[float], vehicle: VehicleDescripti
     shortest, longest = min(lengths, default=0.0), max(lengths, default=0.0)
     if shortest < STEP_MIN_M:
         return None
-    steps = [(x2 - x1, y2 - y1) for (x1, y1), (x2, y2) in pairwise(points)]
-    turns = [abs(atan2(ax * by - ay * bx, ax * bx + ay * by)) for (ax, ay), (bx, by) in pairwise(steps)]
     front = max(vehicle.length_m - vehicle.rear_overhang_m, vehicle.rear_overhang_m)
-    turned = max(turns, default=0.0) * (front / shortest + 1)
+    turned = _turn_max_rad(points) * (front / shortest + 1)
     if turned > TURN_MAX_RAD:
         return None
     return vehicle.width_m / 2 + front * turned + front * turned**2 / 2 + max(longest / 2, vehicle.rear_overhang_m)
+
+
+def _turn_max_rad(points: Points) -> float:
+    """The largest at a point, from the step before it to the step after it."""
+    turns, (x1, y1), (x2, y2) = [0.0], points[0], points[1]
+    ax, ay = x2 - x1, y2 - y1
+    for x, y in points[2:]:
+        bx, by = x - x2, y - y2
+        turns.append(abs(atan2(ax * by - ay * bx, ax * bx + ay * by)))
+        x2, y2, ax, ay = x, y, bx, by
+    return max(turns)
 
 
 def _strip_of(points: Points, lengths: Sequence[float], sweep_m: float, vehicle: VehicleDescription) -> Strip:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from math import cos, sin, sqrt
 from typing import Annotated, NamedTuple
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from vehicle_gateway.gate import Bound
 from vehicle_gateway.guard import Motion
@@ -36,7 +36,7 @@ class ZoneLimits(Message):
     too_late_m_s2: Annotated[float, Meta(ge=1.0, le=8.0)] = 4.0  # UN R157: who would have to brake harder goes on
 
 
-class OnRoad(NamedTuple):
+class OnRoad(Struct, frozen=True):
     """The car in the coordinates of its map's road."""
 
     station_m: float  # of the rear axle
