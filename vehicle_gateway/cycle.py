@@ -132,9 +132,7 @@ def in_transition(state: State, now_ns: int, limits: GatewayLimits) -> bool:
 def decide(state: State, events: tuple[Event, ...], now_ns: int, limits: GatewayLimits) -> tuple[State, tuple[str, ...]]:
     """Apply the events in the order of their precedence. Also the names of those that changed the mode."""
     changed = []
-    for event in IN_ORDER:
-        if event not in events:
-            continue
+    for event in sorted({*events}, key=IN_ORDER.index):
         authority = next_authority(state.authority, event)
         if authority != state.authority:
             state = _enter(state, authority.mode, event, now_ns, limits)
