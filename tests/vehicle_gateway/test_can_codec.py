@@ -233,12 +233,24 @@ def test_a_timed_out_or_faulty_ecu_does_not_follow():
     assert following == {codec.FOLLOWING: True, codec.TIMED_OUT: False, codec.FAULT: False}
 
 
+@pytest.mark.parametrize("holding", [False, True])
+def test_the_car_says_whether_its_brakes_hold_it(holding):
+    drive_state = ecu_codec.encode_drive_state(Gear.DRIVE, codec.FOLLOWING, holding, 0)
+    assert receive([drive_state, *feedback_frames(0)[1:]])[0].feedback.brake_holding is holding
+
+
 @PATIENT
 @given(lights=st.sampled_from(Lights), wipers=st.sampled_from(Wipers))
 def test_the_car_says_which_lights_and_wipers_are_on(lights, wipers):
     drive_state = ecu_codec.encode_drive_state(Gear.DRIVE, codec.FOLLOWING, False, 0, lights, wipers)
     feedback = receive([drive_state, *feedback_frames(0)[1:]])[0].feedback
     assert (feedback.lights, feedback.wipers) == (lights, wipers)
+
+
+def test_lights_and_wipers_that_a_car_says_nothing_of_are_off():
+    told = receive(feedback_frames(0))[0].feedback
+    required = {name: getattr(told, name) for name in Feedback.__struct_fields__ if name not in ("lights", "wipers")}
+    assert (Feedback(**required).lights, Feedback(**required).wipers) == (Lights.OFF, Wipers.OFF)
 
 
 def test_feedback_is_new_only_with_a_motion_frame():
@@ -250,12 +262,22 @@ def test_feedback_is_new_only_with_a_motion_frame():
     assert newest.feedback.emergency_button
 
 
-def test_feedback_ends_when_the_local_controls_have_been_missing_for_more_than_ten_motion_frames():
-    state, _ = receive(feedback_frames(0))
-    for counter in range(1, 11):
+@pytest.mark.parametrize("silent", [0, 1], ids=["drive state", "local controls"])
+def test_feedback_ends_when_a_part_has_been_missing_for_more_than_ten_motion_frames(silent):
+    state = FeedbackState()
+    for counter in range(12):  # while everything comes, nothing grows old
+        state, _ = receive(feedback_frames(counter), state)
+    for counter in range(12, 22):
         assert state.feedback is not None
-        state, _ = receive([feedback_frames(counter)[0], feedback_frames(counter)[2]], state)
+        frames = feedback_frames(counter)
+        del frames[silent]
+        state, _ = receive(frames, state)
     assert state.feedback is None
+
+
+def test_before_the_first_frame_nothing_is_known_and_nothing_is_old():
+    nothing = FeedbackState(feedback=None, counters={}, drive=None, drive_age=0, local=None, local_age=0)
+    assert codec_of(layouts()).start() == nothing
 
 
 def test_wheel_speeds_are_checked_and_change_no_feedback():
@@ -311,6 +333,12 @@ def test_a_demand_arrives_at_the_plant(angle, drive, brake, gear, indicators, la
     )
     assert state.demand[3:] == sent[3:]
     assert decode_demand(state, actuator_codec.encode_demand(sent, 9))[1] == "can counter"
+
+
+def test_a_demand_of_forces_alone_has_every_lamp_off_and_nobody_told_is_nobody_there():
+    assert Demand(0.0, 0.0, 1.0)[3:] == (Gear.DRIVE, Indicators.OFF, False, False, Lights.OFF, False, Wipers.OFF)
+    assert Controls() == (False, False, False, 0.0, 0.0)
+    assert CommandState().body == (Indicators.OFF, False, False, Lights.OFF, Wipers.OFF)
 
 
 def test_the_plants_sensors_arrive_at_the_ecu():

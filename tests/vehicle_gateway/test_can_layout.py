@@ -25,6 +25,8 @@ BO_ 100 TIMED: 8 GATEWAY
  SG_ ANGLE : 16|16@1- (0.001,0) [-10|10] "rad" GATEWAY
 BO_ 101 SILENT: 8 GATEWAY
  SG_ ANGLE : 16|16@1- (0.001,0) [-10|10] "rad" GATEWAY
+BO_ 102 OFFSET: 3 GATEWAY
+ SG_ TEMPERATURE : 16|8@1+ (0.5,-40) [-30|60] "degC" GATEWAY
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
 BA_DEF_ BO_ "GenMsgDelayTime" INT 0 65535;
 BA_DEF_ BO_ "E2EDataId" INT 0 65535;
@@ -54,3 +56,19 @@ def test_too_few_or_too_many_values_are_an_error_and_never_a_shorter_frame(tmp_p
     layout = layout_of(database_in(file).get_message_by_name("TIMED"), ("ANGLE",))
     with pytest.raises(ValueError, match="zip"):
         layout.pack(values, 1)
+
+
+def test_a_good_frame_gives_its_values_and_no_reason():
+    layout = layouts()["LOCAL_CONTROLS"]
+    assert layout.receive(layout.pack((1.0, 0.0, 1.0, 0.0, 0.0), 3), None) == ((1.0, 0.0, 1.0, 0.0, 0.0), "")
+
+
+@pytest.mark.parametrize(
+    ("raw", "value"), [(0, None), (19, None), (20, -30.0), (21, -29.5), (80, 0.0), (200, 60.0), (201, None), (255, None)]
+)
+def test_a_range_is_that_of_the_physical_value_also_where_it_does_not_begin_at_the_offset(tmp_path, raw, value):
+    """By hand: -40 degC and half a degree for each step."""
+    file = tmp_path / "car.dbc"
+    file.write_text(DBC)
+    layout = layout_of(database_in(file).get_message_by_name("OFFSET"), ("TEMPERATURE",))
+    assert layout.unpack(bytes((0, 0, raw))) == (None if value is None else (value,))

@@ -59,6 +59,14 @@ def once(state, given_inputs, now_ms=1000):
     return ecu_step(state, given_inputs, now_ms * MS, SETTINGS)
 
 
+def test_before_the_first_frame_nothing_is_commanded_demanded_or_measured():
+    assert CommandState() == CommandState(
+        command=None, body=Body(Indicators.OFF, False, False, Lights.OFF, Wipers.OFF), counters={}
+    )
+    assert DemandState() == DemandState(demand=None, counter=None)
+    assert PlantState() == PlantState(motion=None, report=None, wheels_m_s=None, counters={})
+
+
 def test_it_follows_a_fresh_command():
     state, demand = once(FOLLOWING_STATE, inputs())
     resistance = SETTINGS.rolling_m_s2 + SETTINGS.drag_1_m * 25.0

@@ -1,12 +1,14 @@
 """The ECU's health over CAN: what it told is what the gateway passes on, within the resolution of the frames."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vehicle_gateway.can.codec import FeedbackState, decode
 from vehicle_gateway.can.frame import Frame
-from vehicle_gateway.can.health_codec import SHIPPED, HealthState, health_codec_of, health_of
+from vehicle_gateway.can.health_codec import SHIPPED, HealthCodec, HealthState, health_codec_of, health_of
 from vehicle_gateway.can.layout import layouts
 from wire.messages.base import decoder, encode
 from wire.messages.health import LoopHealth
@@ -50,6 +52,8 @@ def test_what_the_ecu_told_is_what_is_passed_on(cycles, late, worst_ms, cpu_s, s
     assert passed.lateness_max_ms == pytest.approx(min(worst_ms, 409.4), abs=0.051)
     assert passed.process_cpu_s == pytest.approx(min(cpu_s, 167772.14), abs=0.0051)
     assert (passed.scheduling, passed.stamp_ns, passed.process) == (scheduling, 77, "vehicle-gateway ecu")
+    assert (passed.loop, passed.period_ms, passed.dropped) == ("cycle", 10.0, {})
+    assert passed.lateness_p50_ms == pytest.approx(0.2, abs=0.0051)
     assert decoder(LoopHealth).decode(encode(passed)) == passed, "inside the ranges of the message"
 
 
@@ -86,7 +90,11 @@ def test_health_is_no_feedback_and_never_touches_driving():
     for frame in SHIPPED.encode(health(), 1):
         assert SHIPPED.speaks(frame)
         assert decode(FeedbackState(), frame)[0].feedback is None
+    assert not SHIPPED.speaks(Frame(0x7FF, bytes(8)))
 
 
 def test_a_car_without_such_frames_has_no_health_and_its_identifiers_are_its_own():
-    assert health_codec_of({name: layout for name, layout in layouts().items() if name != "ECU_LOAD"}) is None
+    for missing in ("ECU_HEALTH", "ECU_LOAD"):
+        assert health_codec_of({name: layout for name, layout in layouts().items() if name != missing}) is None
+    own = {name: replace(layout, arbitration_id=layout.arbitration_id + 1) for name, layout in layouts().items()}
+    assert health_codec_of(own) == HealthCodec(own["ECU_HEALTH"], own["ECU_LOAD"])

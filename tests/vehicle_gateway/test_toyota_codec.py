@@ -120,6 +120,7 @@ def test_the_list_of_what_may_be_sent_is_what_the_dbc_says_the_gateway_transmits
     ours = {message.frame_id: message.length for message in database().messages if message.senders == ["GATEWAY"]}
     assert {identifier: permit.size for identifier, permit in CODEC.permits.items()} == ours == {0x191: 8, 0x2E4: 5, 0x343: 8}
     assert {permit.protection for permit in CODEC.permits.values()} == {"Toyota checksum"}
+    assert LAYOUTS["WHEEL_SPEEDS"].protection == "none"
     assert {message.name for message in database().messages} == {*COMMANDS, *FEEDBACK}
 
 
@@ -165,6 +166,13 @@ def test_torque_steering_is_present_and_idle_whatever_is_commanded():
     for mode in Mode:
         lka = sent(mode=mode, road_wheel_angle_rad=0.8)["STEERING_LKA"]
         assert (lka["STEER_REQUEST"], lka["STEER_TORQUE_CMD"], lka["ALWAYS_ONE"]) == (0, 0, 1)
+
+
+def test_what_is_no_command_has_the_value_that_the_car_expects():
+    frames = sent()
+    lta, acc = frames["STEERING_LTA"], frames["ACC_CONTROL"]
+    assert (lta["ALWAYS_ONE"], lta["GENERATION"], lta["PERCENTAGE"]) == (1, 1, 100)
+    assert (acc["ACC_TYPE"], acc["LEAD_SEEN"], acc["ALLOW_LONG_PRESS"]) == (1, 1, 3)
 
 
 @pytest.mark.parametrize(("units", "yields"), [(150, False), (-150, False), (151, True), (-151, True), (0, False)])
@@ -261,6 +269,17 @@ def test_a_gear_that_there_is_not_is_dropped():
 @pytest.mark.parametrize("missing", [name for name in ROLLING if name not in ("EPS_STATUS", "WHEEL_SPEEDS")])
 def test_there_is_no_feedback_before_every_part_has_come(missing):
     assert receive({name: values for name, values in ROLLING.items() if name != missing})[0].feedback is None
+
+
+def test_what_came_before_the_first_feedback_and_before_an_implausible_motion_is_kept():
+    rest = {name: values for name, values in ROLLING.items() if name != "GEAR_PACKET"}
+    state, _ = receive({"GEAR_PACKET": ROLLING["GEAR_PACKET"], "WHEEL_SPEEDS": ROLLING["WHEEL_SPEEDS"]})
+    state, _ = receive(rest, state)
+    assert state.feedback.gear is Gear.DRIVE
+    state, reasons = receive({"WHEEL_SPEEDS": STANDING}, state)
+    assert (state.feedback, reasons) == (None, ["can implausible"])
+    again = receive({"WHEEL_SPEEDS": ROLLING["WHEEL_SPEEDS"]}, state)[0].feedback
+    assert (again.gear, again.acceleration_m_s2) == (Gear.DRIVE, 0.0)
 
 
 PARTS = [name for name in ROLLING if name not in ("EPS_STATUS", "WHEEL_SPEEDS")]
@@ -362,6 +381,17 @@ def test_the_acceleration_follows_the_wheels_within_a_second_and_stays_in_the_me
     assert state.feedback.acceleration_m_s2 == pytest.approx(2.0, abs=0.3)
     stopped = {**ROLLING, "WHEEL_SPEEDS": STANDING, "SPEED": {"SPEED": 0.0}}
     assert receive(stopped, state)[0].feedback.acceleration_m_s2 == -30.0
+    assert receive(ROLLING, receive(stopped)[0])[0].feedback.acceleration_m_s2 == 30.0
+
+
+def test_each_motion_frame_closes_twelve_of_250_ms_of_what_is_missing_of_the_acceleration():
+    """0.09 km/h in 12 ms are 2.083 m/s2."""
+    state, expected = receive(ROLLING)[0], 0.0
+    for number in range(1, 40):
+        km_h = 36.0 + 0.09 * number
+        state, _ = receive({**ROLLING, "WHEEL_SPEEDS": dict.fromkeys(STANDING, km_h), "SPEED": {"SPEED": km_h}}, state)
+        expected += (0.09 / 3.6 / 0.012 - expected) * 12 / 250
+        assert state.feedback.acceleration_m_s2 == pytest.approx(expected, abs=1e-6)
 
 
 def test_frames_that_are_not_ours_are_none_of_our_business_and_bad_ones_change_nothing():
@@ -401,11 +431,17 @@ def test_the_configuration_chooses_the_codec_and_what_cannot_be_is_told():
     car = car_bus_of(CanSettings(vehicle="toyota"), CAR)
     assert (set(car.codec.permits), car.health) == ({0x191, 0x2E4, 0x343}, None)
     assert set(car_bus_of(CanSettings(), CAR).codec.permits) == {0x100, 0x110}
-    with pytest.raises(ConfigurationError, match='dbc: vehicle = "toyota" has messages of its own'):
+    with pytest.raises(ConfigurationError) as refused:
         car_bus_of(CanSettings(vehicle="toyota", dbc="car.dbc"), CAR)
-    with pytest.raises(ConfigurationError, match=r"steering_ratio = 10: a Toyota's is 10.92 and more"):
+    assert str(refused.value) == '[vehicle_gateway.can] dbc: vehicle = "toyota" has messages of its own: dbc = ""'
+    with pytest.raises(ConfigurationError) as refused:
         car_bus_of(CanSettings(vehicle="toyota"), msgspec.structs.replace(CAR, steering_ratio=10.0))
-    assert toyota_codec("", msgspec.structs.replace(CAR, steering_ratio=11.0)).steering_ratio == 11.0
+    assert str(refused.value) == (
+        "[vehicle] steering_ratio = 10: a Toyota's is 10.92 and more, for its sensor says up to 500.7 deg at the steering wheel; "
+        "measure it again"
+    )
+    for ratio in (radians(500.7) / 0.8, 11.0):
+        assert toyota_codec("", msgspec.structs.replace(CAR, steering_ratio=ratio)).steering_ratio == ratio
 
 
 def test_another_steering_ratio_is_another_angle_at_the_steering_wheel():
