@@ -6,6 +6,7 @@ The end of a certificate is told on the car's own clock by the wall clock at sta
 
 import logging
 import threading
+from collections import Counter
 from datetime import UTC, datetime
 
 from cryptography import x509
@@ -22,6 +23,7 @@ from wire.topics import Role, owner_of
 log = logging.getLogger(__name__)
 LOOK_S = 1.0  # how often the list of revoked certificates is looked at
 PER_SECOND_MAX = 50  # ours: a signature costs a third of a millisecond to check; two towers ask twice a second
+PER_ASKER_MAX = 25  # of those, by one name under one certificate: whoever floods still leaves the holder and a supervisor theirs
 
 
 class Identity(Message):
@@ -44,7 +46,7 @@ class Verifier:
         self._operators = (Role.TOWER_HUB, Role.TOWER_SCRIPT) if settings.accepts_script else (Role.TOWER_HUB,)
         self._own_end = earliest_end(self._folder)  # at its end the tower cuts the link as well
         self._utc_ns = utc_minus_monotonic_ns
-        self._second = self._count = 0
+        self._second, self._looked = 0, Counter[tuple[str, str]]()  # by certificate and operator, in this second
         self._revoked = revocations_of(self._folder)
         self._names: Names = admitted(settings, self._revoked)
         self._end = threading.Event()
@@ -87,7 +89,7 @@ class Verifier:
             self.look()
 
     def _identity(self, question: LeaseRequest | SupervisionRequest, roles: tuple[Role, ...], now_ns: int) -> Identity:
-        if not self._has_time(now_ns):
+        if not self._has_time((question.certificate, question.operator), now_ns):
             return Identity(rule="too many questions at once: ask again")
         try:
             asker = proven(question, self._authority, datetime.fromtimestamp((now_ns + self._utc_ns) / 1e9, UTC))
@@ -103,9 +105,12 @@ class Verifier:
         ends_ns = round(min(asker.ends, self._own_end).timestamp() * 1e9) - self._utc_ns
         return Identity(name=asker.name, operator=owner_of(asker.name), fingerprint=asker.fingerprint, ends_ns=max(ends_ns, 1))
 
-    def _has_time(self, now_ns: int) -> bool:
-        """Questions come over the link, and their signatures must not cost the loop its time."""
+    def _has_time(self, asker: tuple[str, str], now_ns: int) -> bool:
+        """Questions come over the link: their signatures must not cost the loop its time, nor one asker's the others their turn."""
         second = now_ns // 1_000_000_000
-        self._count = self._count + 1 if second == self._second else 1
-        self._second = second
-        return self._count <= PER_SECOND_MAX
+        if second != self._second:
+            self._second, self._looked = second, Counter()
+        if self._looked[asker] >= PER_ASKER_MAX or self._looked.total() >= PER_SECOND_MAX:
+            return False
+        self._looked[asker] += 1
+        return True

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from vehicle_gateway.identity import PER_SECOND_MAX, Verifier
+from vehicle_gateway.identity import Verifier
 from wire.authority import Pair, issue, new_authority
 from wire.certificates import CertificateError, authority_of, make, revoke
 from wire.identity import Signer, Unproven, fingerprint, proven, signer_of
@@ -147,10 +147,20 @@ def test_a_certificate_is_good_to_its_last_second_and_not_before_its_first(folde
 
 
 def test_a_flood_of_questions_is_refused_without_looking_and_the_next_second_is_another(folder: Path, verifier: Verifier):
-    question = signer_of(folder, Role.TOWER_HUB).sign(LEASE)
-    rules = [verifier.operator(question, NOW).rule for _ in range(PER_SECOND_MAX + 20)]
-    assert [rule == "" for rule in rules] == [True] * PER_SECOND_MAX + [False] * 20
-    assert verifier.operator(question, NOW + S).rule == ""
+    floods = [signer_of(folder, Role.TOWER_HUB).sign(replace(LEASE, operator=name)) for name in ("eve", "mallory", "trudy")]
+    rules = [verifier.operator(question, NOW).rule for question in floods for _ in range(30)]
+    looked = [rule == "" for rule in rules]
+    assert looked == [*[True] * 25, *[False] * 5] * 2 + [False] * 30
+    assert set(rules) == {"", "too many questions at once: ask again"}
+    assert verifier.operator(floods[2], NOW + S).rule == ""
+
+
+def test_who_floods_keeps_neither_another_operator_nor_a_supervisor_from_being_looked_at(folder: Path, verifier: Verifier):
+    flood = signer_of(folder, Role.TOWER_HUB).sign(replace(LEASE, operator="eve"))
+    rules = [verifier.operator(flood, NOW).rule for _ in range(500)]
+    assert rules.count("") == 25
+    assert verifier.operator(signer_of(folder, Role.TOWER_HUB).sign(LEASE), NOW).rule == ""
+    assert verifier.supervisor(signer_of(folder, Role.TOWER_SUPERVISOR).sign(ORDER), NOW).rule == ""
 
 
 def test_a_signer_whose_key_is_missing_damaged_or_open_to_others_is_refused(folder: Path, tmp_path: Path):
