@@ -1,4 +1,4 @@
-"""Hand-overs at their worst instants: the grant is lost, it is answered at the last or just too late, two ask at once.
+"""Hand-overs at their worst instants: the grant is lost, it is answered at the last or just too late.
 
 The car drives itself (its gateway has started again, without the memory of a stop) and the keen operator takes it. A way of 60 ms
 gives the time to act between a grant and what follows it; what became of it, and when, is told by the gateway's own status on its
@@ -15,7 +15,6 @@ import msgspec
 from benchmarks.fault_arms import Fate
 from benchmarks.fault_bounds import COMMIT_MS
 from benchmarks.fault_certificates import end, stand
-from benchmarks.fault_intruder import intruding
 from benchmarks.fault_rows import Shot
 from benchmarks.impairment import Impairment
 from benchmarks.rig import RigError
@@ -32,8 +31,6 @@ TAKES_S = 40.0  # until the operator takes the car
 DECIDED_S = 2.0
 LOOK_S = 0.001
 BACK_S = 20.0
-NOT_SIGNED = "hand-over signature"  # why the car drops the question of whoever does not hold the lease
-HOLDER = "demo"
 FORWARD, BACK = (True, False), (False, True)
 Status = dict[str, Any]
 
@@ -93,49 +90,33 @@ def answered_late(rig: WarmRig, number: int, earlier_ms: tuple[float, ...], fate
     return _shot(rig, granted, decided, held_ms < WAY_MS and decided.state == wanted and in_time, text)
 
 
-def two_at_once(rig: WarmRig, number: int) -> Shot:
-    """Another operator, with a certificate as good, asks for the lease and for the car all the time while the holder takes it."""
-    _automation_drives(rig)
-    with intruding(rig, "rival", at_tower=True) as begin:
-        begin()
-        rig.start("cockpit")
-        _until(rig, lambda status: status["lease_holder"] != "", TAKES_S)
-        before, began_s = _refused(rig), time.monotonic()
-        status = _until(rig, lambda status: status["mode"] == Mode.REMOTE, TAKES_S)
-        asked, lasted_s = int(status["dropped"].get(NOT_SIGNED, 0)) - before, time.monotonic() - began_s
-    hand_over = status["hand_over"]
-    one = (status["lease_holder"], hand_over["number"], hand_over["state"]) == (HOLDER, 1, "committed")
-    text = f"{asked} questions of the other, one every {1e3 * lasted_s / max(asked, 1):.1f} ms, all refused; {status['cause']}"
-    return Shot(kind="", speed_m_s=rig.referee()[-1].speed_m_s, held=one and asked > 0, text=text, saw=said(rig))
-
-
-def _automation_drives(rig: WarmRig) -> None:
-    """The car stands, without an operator and with no stop to be cleared: as soon as one is there it drives itself."""
+def automation_drives(rig: WarmRig) -> None:
+    """The car stands without an operator, no stop is latched or counted: as soon as somebody is there it drives itself."""
     stand(rig)
     end(rig, "gateway")
     before, memory = rig.car.newest["gateway_status"]["boot_id"], rig.sites.car.folder / "memory.json"
     known = msgspec.json.decode(memory.read_bytes(), type=Remembered)
-    write(memory, msgspec.structs.replace(known, stop_latched=False, engaged=False))
+    write(memory, msgspec.structs.replace(known, stop_latched=False, engaged=False, stops_utc_ns=()))
     rig.start("gateway")
     rig.wait_until("the gateway is back", lambda: rig.car.newest["gateway_status"]["boot_id"] != before, BACK_S)
 
 
 def _granted(rig: WarmRig, forward: Impairment | None = None, back: Impairment | None = None) -> Granted:
     """The operator comes, on such a way, and the car has just granted him the take-over."""
-    _automation_drives(rig)
+    automation_drives(rig)
     rig.way.be(forward, back)
     rig.start("cockpit")
-    status = _until(rig, lambda status: status["mode"] == Mode.HANDING_OVER, TAKES_S)
+    status = status_when(rig, lambda status: status["mode"] == Mode.HANDING_OVER, TAKES_S)
     return Granted(status["mode_since_ns"], status["hand_over"]["number"], rig.car.modes[-2], rig.referee()[-1].speed_m_s)
 
 
 def _decided(rig: WarmRig, granted: Granted) -> Decided:
     open_still = (granted.number, "granted")
-    after = _until(rig, lambda status: (status["hand_over"]["number"], status["hand_over"]["state"]) != open_still, DECIDED_S)
+    after = status_when(rig, lambda status: (status["hand_over"]["number"], status["hand_over"]["state"]) != open_still, DECIDED_S)
     return Decided(after["hand_over"]["state"], after["mode"], granted.after_ms(after["mode_since_ns"]))
 
 
-def _until(rig: WarmRig, what: Callable[[Status], bool], patience_s: float) -> Status:
+def status_when(rig: WarmRig, what: Callable[[Status], bool], patience_s: float) -> Status:
     """The first status of the car of which this is so, a millisecond after it came. Raises RigError."""
     until = time.monotonic() + patience_s
     while not what(status := rig.car.newest["gateway_status"]):
@@ -148,10 +129,6 @@ def _until(rig: WarmRig, what: Callable[[Status], bool], patience_s: float) -> S
 def _until_ns(instant_ns: int) -> None:
     while (left_ns := instant_ns - time.monotonic_ns()) > 0:
         time.sleep(min(left_ns / 1e9, LOOK_S))
-
-
-def _refused(rig: WarmRig) -> int:
-    return int(rig.car.newest["gateway_status"]["dropped"].get(NOT_SIGNED, 0))
 
 
 def _shot(rig: WarmRig, granted: Granted, decided: Decided, held: bool, text: str) -> Shot:
@@ -167,5 +144,4 @@ EXCHANGES: tuple[Exchange, ...] = (
     Exchange("grant-lost", "the answer to a take-over is lost on its way", Fate.LAPSES, grant_lost),
     _kind("answer-last", "a grant is answered in its last 30, 20, 10 ms", Fate.COMMITS, EARLIER_MS),
     _kind("answer-late", "a grant is answered 5 ms after its end", Fate.LAPSES, (-LATER_MS,)),
-    Exchange("two-takes", "another operator asks for lease and car beside him", Fate.COMMITS, two_at_once),
 )

@@ -4,7 +4,7 @@ A kind is done to a warm rig (benchmarks.warm_rig) while the operator drives. `a
 what begins it, which gives what ends it, if anything besides the rig's own healing.
 STANDS: the car must stand within the bound. GOES_ON: it must not stop. SAFE: either, as the limits say; if it stops, within the
 bound from where it began to. Bounds come from the configuration (benchmarks.fault_bounds). What is done to a hand-over, and has to
-become of it, is a story of its own (benchmarks.fault_hand_overs).
+become of it, is a story of its own (benchmarks.fault_hand_overs, benchmarks.fault_one_cycle).
 """
 
 import resource
@@ -16,6 +16,7 @@ from benchmarks.fault_bounds import STILL_PICTURE, Bound, after, stops
 from benchmarks.fault_certificates import EARLY_S, ends
 from benchmarks.fault_hand_overs import EXCHANGES, Exchange
 from benchmarks.fault_intruder import intruder
+from benchmarks.fault_one_cycle import MEETINGS
 from benchmarks.impairment import Impairment
 from benchmarks.warm_rig import TOWER, WarmRig, pause
 from wire.messages.vehicle import Mode
@@ -176,4 +177,5 @@ KINDS: tuple[Kind | Exchange, ...] = (
     Kind("car-expires", "the car's certificate ends", Fate.STANDS, _ENDS, ends(Role.VEHICLE_HUB), because=EXPIRES),
     Kind("power-cycle", "the car's computers start again while it moves", Fate.STANDS, _GATEWAY, power_cycle),
     *EXCHANGES,
+    *MEETINGS,
 )

@@ -6,9 +6,10 @@ flood    another tower with the operator's certificate puts 10,000 junk messages
 forged   it sends well-formed commands with the current epoch and ever higher numbers, without the lease's key
 second   with the operator's certificate, another operator asks for the lease, twice a second
 stolen   likewise with the operator's own name, as he would from another computer
-rival    likewise, and twenty times a second; and for the car itself, signed with a key of his own, two hundred times
+rival    likewise, sixty times a second; one time in four for the car itself, signed with a key of his own
 frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
 stuck    likewise: the same position from the satellites, with fresh stamps
+doubting with the automation's certificate: it begins to ask for a take-over fifty times a second, and takes it back as often
 frames   on the vehicle bus: the gateway's own last command again, as it was; the counter is wrong each time
 """
 
@@ -38,6 +39,7 @@ from wire.configuration import read_sections
 from wire.identity import signer_of
 from wire.latest import Latest
 from wire.link import Link, open_link
+from wire.messages.automation import AutonomyStatus, Doubt, Reason, TakeoverRequest
 from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 from wire.pace import Pace
@@ -51,6 +53,8 @@ AHEAD_NS = 30_000_000  # always newer than the genuine one
 ASK_S = 0.4  # for an answer
 READY, LOOK_S = "ready", 0.01
 FAR = 2**40  # a sequence number no cockpit comes to
+BUDGET_S = 20.0  # longer than the operator is waited for between two requests
+NOTHING_ASKED: dict[str, Any] = {"doubt": Doubt.NOMINAL, "request": None}
 Tick = Callable[[int, int], None]  # number, now_ns
 Prepare = Callable[[Link, Link, Path], Tick]  # where it speaks, where it listens
 
@@ -104,20 +108,47 @@ def rival(link: Link, heard: Link, config: Path) -> Tick:
     def tick(number: int, now_ns: int) -> None:
         known = status.get()
         if known is not None and known.message.lease_holder:  # free, he would simply get it
-            told = known.message
-            question = HandOverRequest(
-                lease_epoch=told.lease_epoch,
-                number=FAR + number,
-                action=Action.TAKE,
-                sent_ns=now_ns,
-                echoed_vehicle_ns=told.stamp_ns,
-                echoed_boot_id=told.boot_id,
-            )
-            link.ask("hand_over", sign(question, key), ASK_S)
-            if number % 10 == 0:
+            if number % 4:
                 ask_lease(number, now_ns)
+            else:
+                link.ask("hand_over", sign(take(FAR + number, known.message, now_ns), key), ASK_S)
 
     return tick
+
+
+def take(number: int, told: GatewayStatus, now_ns: int) -> HandOverRequest:
+    return HandOverRequest(
+        lease_epoch=told.lease_epoch,
+        number=number,
+        action=Action.TAKE,
+        sent_ns=now_ns,
+        echoed_vehicle_ns=told.stamp_ns,
+        echoed_boot_id=told.boot_id,
+    )
+
+
+def doubting(link: Link, heard: Link, config: Path) -> Tick:
+    genuine: list[AutonomyStatus] = []
+
+    def hear(status: AutonomyStatus, _: int) -> None:
+        if status.sequence < FAR:  # not our own
+            genuine[:] = [status]
+
+    heard.on("autonomy_status", hear)
+
+    def tick(number: int, now_ns: int) -> None:
+        if genuine:
+            told = replace(genuine[0], stamp_ns=now_ns + AHEAD_NS, sequence=FAR + number)
+            link.publish("autonomy_status", replace(told, **asks(number, now_ns) if number % 2 else NOTHING_ASKED))
+
+    return tick
+
+
+def asks(number: int, now_ns: int) -> dict[str, Any]:
+    """Of the automation's status: a request of its own number."""
+    why = (Reason(channel="intruder", text="asks again and again"),)
+    request = TakeoverRequest(number=FAR + number, raised_ns=now_ns, reasons=why, budget_s=BUDGET_S, place=(0.0, 0.0))
+    return {"doubt": Doubt.REQUEST, "request": request}
 
 
 def repeated(topic: str) -> Prepare:
@@ -144,7 +175,8 @@ KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as
     "forged": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 100.0, forged),
     "second": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("eve")),
     "stolen": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("")),
-    "rival": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 200.0, rival),
+    "rival": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 60.0, rival),
+    "doubting": (Role.AUTONOMY, Role.RECORDER, 100.0, doubting),
     "frozen": (Role.SIMULATE, Role.VIDEO, 100.0, repeated("world_state")),
     "stuck": (Role.SIMULATE, Role.AUTONOMY, 20.0, repeated("gnss")),
 }

@@ -205,9 +205,13 @@ class Listener:
     """What arrives at a site's hub, heard from outside its namespace. A context manager.
 
     tower  at the tower's hub, as its observer; else at the car's, as its recorder
+    tell   is told every topic and message besides, on a thread
     """
 
-    def __init__(self, site: Machine, *topics: str, tower: bool = False) -> None:
+    def __init__(
+        self, site: Machine, *topics: str, tower: bool = False, tell: Callable[[str, Any], None] = lambda *_: None
+    ) -> None:
+        self._tell = tell
         self.count: Counter[str] = Counter()
         self.newest: dict[str, Any] = {}  # by topic
         self.modes: deque[str] = deque()  # in order, without repetition
@@ -245,6 +249,7 @@ class Listener:
                 self.modes.append(message["mode"])
             self.newest[topic] = message
             self._heard_s[topic] = time.monotonic()
+            self._tell(topic, message)
 
     def silence_s(self, topic: str) -> float:
         """Since something was last heard on a topic."""

@@ -93,6 +93,20 @@ def test_a_grant_of_the_last_nanosecond_that_is_not_used_ends_in_the_stop_of_the
     assert M.REMOTE not in drive.modes
 
 
+@pytest.mark.parametrize("begins", [True, False])
+def test_a_take_over_in_the_very_cycle_in_which_the_automation_begins_to_ask_or_takes_it_back_is_the_operator_s(begins):
+    drive = autonomous() if begins else asked_for()[0]
+    drive.request_takeover() if begins else drive.withdraw()
+    asked = question(drive, drive.ann, drive.now + 10 * MS, drive.ann.epoch)
+    drive.tick(hand_over_requests=(asked,), autonomy_status=drive.status)
+    assert (drive.out.hand_over_replies[0].outcome, drive.mode) == (Outcome.GRANTED, M.HANDING_OVER)
+    drive.granted_at_ns = drive.now
+    drive.ann.epoch = drive.out.hand_over_replies[0].lease_epoch
+    drive.run(0.1)
+    assert (drive.mode, drive.told().hand_over.number) == (M.REMOTE, 1)
+    assert M.SAFE_STOP not in drive.modes
+
+
 @pytest.mark.parametrize("first", [0, 1])
 def test_of_two_operators_who_ask_for_a_free_lease_in_one_cycle_the_first_heard_has_it_and_the_other_is_told_who(first):
     drive, bob = Drive().run(0.1), Operator("bob", "s2")
