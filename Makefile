@@ -87,8 +87,8 @@ setup: .venv/ready .venv/compiled
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[develop]'
 	@touch $@
 
-# The planners' kernels: anew when a source of theirs changes, as otherwise the first cycle would wait for the compiler.
-.venv/compiled: .venv/ready $(shell find autonomy/planning -name '*.py')
+# The planners' and the tracker's kernels: anew when a source of theirs changes, as otherwise the first cycle would wait for the compiler.
+.venv/compiled: .venv/ready $(shell find autonomy/planning autonomy/control -name '*.py')
 	@$(BIN)/autonomy compile
 	@touch $@
 

@@ -1,4 +1,4 @@
-"""`autonomy compile`: makes every kernel of the planners ready, so that no cycle ever waits for a compiler. Called by set-up.
+"""`autonomy compile`: makes all kernels of planners and tracker ready, so no cycle ever waits for a compiler. Called by set-up.
 
 What is ready already is read from disk in a fraction of a second. Never needed for a right result, only for one in time.
 """
@@ -9,11 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 
+from autonomy.control.mpcc.warm_up import warm_up as tracker
 from autonomy.planning.guidance.warm_up import warm_up as guidance
 from autonomy.planning.kernels import kept_in
 from autonomy.planning.mpc.warm_up import warm_up as local_planner
 
-WARM_UPS: dict[str, Callable[[], None]] = {"guidance planner": guidance, "local planner": local_planner}
+WARM_UPS: dict[str, Callable[[], None]] = {"guidance planner": guidance, "local planner": local_planner, "tracker": tracker}
 
 
 def warm_up(tell: Callable[[str], None]) -> None:

@@ -10,6 +10,7 @@ from benchmarks import (
     planner,
     reaction,
     recorder,
+    tracker,
     video,
     wheel_to_can,
     window_draw,
@@ -29,4 +30,5 @@ BENCHMARKS: dict[str, Benchmark] = {
     endurance.NAME: endurance.figures,
     guidance.NAME: guidance.figures,
     planner.NAME: planner.figures,
+    tracker.NAME: tracker.figures,
 }

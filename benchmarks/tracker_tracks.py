@@ -4,7 +4,7 @@ Curvature changes linearly along each piece, as the steering of a real car does.
 than that, a stop at the end; the speeds follow from the limits of acceleration that a passenger of a delivery car accepts.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,9 +37,12 @@ MEASURED = Track(
         (40.0, 0.0),
     )
 )
+_CORNERS = (*MEASURED.pieces[7:10], (5.0, 0.0), *MEASURED.pieces[14:17])
+SLOW = replace(MEASURED, pieces=((5.0, 0.0), *_CORNERS, (5.0, 0.0)), speed_max_m_s=2.5)
+"""Its hairpin and its tight corner at a walk."""
 TUNING = Track(
     pieces=(
-        (90.0, 0.0),
+        (120.0, 0.0),
         *((15.0, -1 / 25), (10.0, -1 / 25), (15.0, 0.0)),
         (30.0, 0.0),
         *((10.0, 1 / 50), (20.0, -1 / 50), (10.0, 0.0)),
@@ -66,12 +69,12 @@ def path_of(track: Track) -> ReferencePath:
 
 
 def speeds_of(track: Track) -> tuple[Floats, Floats]:
-    """Stations and the highest speeds there that keep to every limit; 0 at the end, not at the start: the car has to get there."""
+    """Stations and the highest speeds there that keep to every limit, from standstill to standstill."""
     ends = np.cumsum([0.0, *(length for length, _ in track.pieces)])
     stations = np.linspace(0.0, ends[-1], round(ends[-1] / KNOT_M) + 1)
     bends = np.abs(np.interp(stations, ends, np.array([0.0, *(bend for _, bend in track.pieces)])))
     squares = np.minimum(track.speed_max_m_s**2, track.lateral_m_s2 / np.maximum(bends, 1e-6))
-    squares[-1] = 0.0
+    squares[0] = squares[-1] = 0.0
     step = stations[1]
     for i in range(1, len(squares)):
         squares[i] = min(squares[i], squares[i - 1] + 2 * track.acceleration_m_s2 * step)

@@ -1,7 +1,7 @@
 """`@kernel`: a function compiled by numba on its first call, from then on read from disk. `autonomy compile` calls them at set-up.
 
 numba looks at the file of a kernel for changes, not at the kernels it calls in other files. So what is compiled is kept in a
-folder named after a hash of all sources of the planners: whatever changes among them, everything is compiled anew.
+folder named after a hash of all sources of planning and control: whatever changes among them, everything is compiled anew.
 """
 
 import sys
@@ -19,7 +19,7 @@ Function = TypeVar("Function", bound=Callable[..., object])
 # Sums may be reordered and multiplications fused; nothing assumes that there is no NaN. But numba's isfinite is x - x == 0, and a
 # sum that may be reordered makes 0 of that for NaN, too: inside kernels, compare (`is_number`).
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
-SOURCES = Path(__file__).parent
+SOURCES = (Path(__file__).parent, Path(__file__).parents[1] / "control")
 
 
 def kernel(function: Function) -> Function:
@@ -50,11 +50,12 @@ def kept_in() -> Path:
     return (ours if is_environment and _is_writable(ours) else users) / "kernels" / fingerprint()
 
 
-def fingerprint(sources: Path = SOURCES) -> str:
-    """Changes with every byte of the planners' sources, and with numba."""
+def fingerprint(*folders: Path) -> str:
+    """Changes with every byte of the sources in these folders (by default SOURCES), and with numba."""
     told = sha256(numba.__version__.encode())
-    for file in sorted(sources.rglob("*.py")):
-        told.update(str(file.relative_to(sources)).encode() + b"\0" + file.read_bytes() + b"\0")
+    for folder in folders or SOURCES:
+        for file in sorted(folder.rglob("*.py")):
+            told.update(str(file.relative_to(folder.parent)).encode() + b"\0" + file.read_bytes() + b"\0")
     return told.hexdigest()[:16]
 
 
