@@ -39,7 +39,7 @@ def test_the_sides_have_lost_all_they_can_before_the_front_loses_anything() -> N
         load = after_a_second(load, pressed=True)
         (side, side_halved), (front, front_halved) = allowance(15.0, False, load), allowance(30.0, True, load)
         assert not side_halved
-        assert not front_halved or front == 15.0  # first the rate, then the size
+        assert front_halved == (side == 2.5 and front < 30.0 and (side, 20.0) in rates)  # rate, then size, then both
         rates.append((side, front))
     assert front_halved
     assert rates[:2] == [(15.0, 30.0), (10.0, 30.0)]  # one bad second is none

@@ -2,9 +2,10 @@
 
 Once a second it is asked whether pictures of a required camera came late or not at all, or a control loop missed deadlines.
 After two such seconds all other cameras take fewer pictures, a step for each bad second, down to a third; then the required
-ones, down to two thirds; then the others once more, and the required ones to a half; and when that is not enough, the required
-ones have half the width and height. After eight good seconds one step is taken back; a step that then proves too much is tried
-again after twice as long. Control loops give nothing: they run at a better priority besides.
+ones, down to two thirds; then the others once more; and when that is not enough, the required ones have half the width and
+height, which costs a driver less than half the rate would, and at the last half the rate, too. After eight good seconds one step
+is taken back; a step that then proves too much is tried again after twice as long. Control loops give nothing: they run at a
+better priority besides.
 """
 
 from collections.abc import Mapping
@@ -28,7 +29,7 @@ LADDER = (
     Rung(1 / 3, 1.0),
     Rung(1 / 3, 2 / 3),
     Rung(1 / 6, 2 / 3),
-    Rung(1 / 6, 1 / 2),
+    Rung(1 / 6, 2 / 3, halved=True),
     Rung(1 / 6, 1 / 2, halved=True),
 )
 CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # processes whose loops must not wait for a picture
