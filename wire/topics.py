@@ -156,6 +156,7 @@ TOPICS: dict[str, Topic] = {
         _topic("vehicle_description", vehicle.VehicleDescription, 1, R.VEHICLE_HUB, COCKPITS | SCREENS, T.BULK),
         _topic("autonomy_status", automation.AutonomyStatus, 20, R.AUTONOMY, {R.VEHICLE_HUB} | SCREENS, T.STATE),
         _topic("scene", automation.Scene, 10, R.AUTONOMY, {R.VEHICLE_HUB} | SCREENS | COCKPITS, T.BULK),
+        _topic("planner_view", automation.PlannerView, 10, R.AUTONOMY, SCREENS, T.BULK),
         _topic("road_map", automation.RoadMap, 1, R.AUTONOMY, SCREENS | COCKPITS, T.BULK),
         _topic("camera_status", sensing.CameraStatus, 5, R.VIDEO, {R.VEHICLE_HUB, R.CAR_OBSERVER}, T.STATE),
         # inside the car

@@ -23,7 +23,7 @@ from tower.window.view_model import view_model
 from tower.window.views import Tone
 from wire.configuration import read_sections, shipped
 from wire.latest import Received
-from wire.messages.automation import AutonomyStatus, Doubt, Reason, RoadMap, Scene, TakeoverRequest
+from wire.messages.automation import AutonomyStatus, Doubt, PlannerView, Reason, RoadMap, Scene, TakeoverRequest
 from wire.messages.base import Gear, Lights, Wipers
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, MotionToMotion, VehicleDescription, VehicleState
@@ -494,7 +494,13 @@ def value(kind: Any) -> st.SearchStrategy[Any]:
 
 MAYBE = {
     name: st.none() | message(type_).map(heard)
-    for name, type_ in (("state", VehicleState), ("operator", OperatorStatus), ("autonomy", AutonomyStatus), ("scene", Scene))
+    for name, type_ in (
+        ("state", VehicleState),
+        ("operator", OperatorStatus),
+        ("autonomy", AutonomyStatus),
+        ("scene", Scene),
+        ("planner", PlannerView),
+    )
 }
 
 

@@ -15,13 +15,15 @@ from tower.window.looks import AMBER, VERMILION
 from tower.window.picture_age import PictureSeen
 from tower.window.picture_layout import Box
 from tower.window.road_model import loop_s, road_view
+from tower.window.road_view import CLASSES
 from tower.window.sights import Sights
 from tower.window.view_model import view_model
+from tower.window.views import LineKind
 from vehicle_gateway.safe_stop import StopLimits
 from vehicle_gateway.video.render.projection import project
 from wire.configuration import read_sections, shipped
 from wire.latest import Received
-from wire.messages.automation import Reason, Scene, TakeoverRequest
+from wire.messages.automation import PlannedWay, PlannerView, Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import OperatorStatus
 from wire.messages.sensing import Pose as MapPose
@@ -303,3 +305,53 @@ def test_the_place_of_a_request_is_marked_in_the_picture() -> None:
     pixels = drawn(sights(status(Mode.TAKEOVER_REQUESTED, REQUEST)))
     row, column = pixel_of(30.0, 0.0, (1280, 720))
     assert is_amber(pixels, row - 10, column)
+
+
+def way(identity: int, aside_m: float, *, feasible: bool = True, chosen: bool = False) -> PlannedWay:
+    """From the car at (100, 40) east, 36 places a metre apart, that far to the left; its guidance half a metre farther."""
+    points, farther = (tuple((100.0 + k, 40.0 + left_m) for k in range(36)) for left_m in (aside_m, aside_m + 0.5))
+    guidance = farther if identity >= 0 else ()
+    return PlannedWay(
+        identity=identity, colour=max(identity, 0), guidance=guidance, trajectory=points, feasible=feasible, chosen=chosen
+    )
+
+
+PLANNED = PlannerView(stamp_ns=NOW, ways=(way(1, 1.5), way(2, -1.5, chosen=True), way(3, 4.0, feasible=False), way(-1, 0.0)))
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_what_the_planner_weighs_is_drawn_while_the_car_drives(mode: Mode) -> None:
+    view = road_view(sights(status(mode), planner=Received(PLANNED, NOW)))
+    shown = view is not None and len(view.planned) > 0
+    assert shown is (mode in (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED))
+
+
+def test_the_chosen_one_lies_on_top_and_what_is_not_feasible_is_left_out() -> None:
+    view = road_view(sights(status(Mode.AUTONOMOUS), planner=Received(PLANNED, NOW)))
+    assert view is not None
+    kinds = [(line.kind, line.colour) for line in view.planned]
+    assert kinds == [
+        (LineKind.GUIDANCE, 1),
+        (LineKind.GUIDANCE, 2),
+        (LineKind.TRAJECTORY, 1),
+        (LineKind.TRAJECTORY, None),
+        (LineKind.CHOSEN, 2),
+    ]
+    assert view.planned[-1].points[10] == pytest.approx((10.0, -1.5))
+    assert road_view(sights(status(Mode.AUTONOMOUS), planner=Received(PLANNED, NOW - 1_001 * MS))) is None  # an old one
+    assert road_view(sights(status(Mode.AUTONOMOUS), planner=Received(PLANNED, NOW), scene=None)) is None
+    assert road_view(sights(status(Mode.AUTONOMOUS))) is None
+
+
+def test_planned_ways_lie_on_the_road_in_their_classes_colours() -> None:
+    pixels = drawn(sights(status(Mode.AUTONOMOUS), planner=Received(PLANNED, NOW)))
+
+    def has(x_m: float, y_m: float, colour: tuple[int, int, int]) -> bool:
+        row, column = pixel_of(x_m, y_m, (1280, 720))
+        return bool((np.abs(pixels[row, column - 2 : column + 3].astype(int) - colour).max(axis=-1) < 40).any())
+
+    for x_m in (12.0, 16.0, 20.0):
+        assert has(x_m, -1.5, CLASSES[2]) and not has(x_m, -1.5, CLASSES[1])
+        assert has(x_m, 1.5, CLASSES[1])
+        assert not has(x_m, 4.0, CLASSES[3])
+    assert has(12.0, -0.75, (96, 96, 96))  # between them the road

@@ -76,7 +76,16 @@ class Display(Protocol):
     def flip(self) -> None: ...
 
 
-_LEVELS = ("gateway_status", "vehicle_state", "operator_status", "autonomy_status", "scene", "road_map", "vehicle_description")
+_LEVELS = (
+    "gateway_status",
+    "vehicle_state",
+    "operator_status",
+    "autonomy_status",
+    "scene",
+    "planner_view",
+    "road_map",
+    "vehicle_description",
+)
 
 
 class DisplayLoop:
@@ -268,6 +277,7 @@ class DisplayLoop:
             operator=newest["operator_status"],
             autonomy=newest["autonomy_status"],
             scene=newest["scene"],
+            planner=newest["planner_view"],
             pictures=self._pictures,
             rear_wanted=is_rear_wanted(self._rear_asked_ns, now_ns),
             history=self._history,

@@ -1,7 +1,8 @@
 """Sights -> RoadView: what is drawn on the road in the picture. Pure.
 
 The path is shown while the operator's wheel counts or is about to; the way of a stop by itself while he drives, and while the
-car takes it; the place of a request as long as it is open. Nothing is drawn over a frozen picture: it is no longer the road.
+car takes it; the place of a request as long as it is open; what the planner weighs, where one tells, while the car drives.
+Nothing is drawn over a frozen picture: it is no longer the road.
 """
 
 from tower.window.course import XY, Motion, Pose, Strip, in_car_frame, moved, predicted, stopping_distance_m, strip
@@ -11,8 +12,8 @@ from tower.window.picture_layout import FRONT
 from tower.window.projection import camera_named
 from tower.window.sights import Sights
 from tower.window.stop_way import way_held, way_of_corridor
-from tower.window.views import RoadView
-from wire.messages.automation import Scene
+from tower.window.views import LineKind, PlannedLine, RoadView
+from wire.messages.automation import PlannedWay, Scene, WayPoints
 from wire.messages.base import Gear
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Mode, VehicleDescription, VehicleState
@@ -25,6 +26,7 @@ _SCENE_APART_MAX_S = 1.0
 _SHORTEST_STOP_M = 0.3  # a car that hardly moves shows no way it would hold
 HELD = "held"
 _STOPS_ALONG = (Mode.REMOTE, Mode.HANDING_BACK, Mode.SAFE_STOP)
+_CAR_DRIVES = (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED)
 _STEERED = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
 
 
@@ -38,7 +40,8 @@ def road_view(sights: Sights) -> RoadView | None:
     path = _path(sights, mode)
     corridor, blind_end = _stop_way(sights) if mode in _STOPS_ALONG else (None, None)
     place = _place(sights)
-    if path is None and corridor is None and place is None:
+    planned = _planned(sights) if mode in _CAR_DRIVES else ()
+    if path is None and corridor is None and place is None and not planned:
         return None
     until_stop, whole, stop_m = path if path is not None else (None, None, 0.0)
     return RoadView(
@@ -52,6 +55,7 @@ def road_view(sights: Sights) -> RoadView | None:
         blind_end=blind_end,
         place=place,
         place_text=_distance_text(sights, place),
+        planned=planned,
     )
 
 
@@ -126,3 +130,24 @@ def _place(sights: Sights) -> tuple[float, float] | None:
         return None
     at = _pose_at_capture(sights, scene)
     return in_car_frame(request.place, at.x_m, at.y_m, at.heading_rad)
+
+
+def _planned(sights: Sights) -> tuple[PlannedLine, ...]:
+    """Guidance and what may be driven of what was made of it; what is not feasible is of no use to a person."""
+    scene, planner = sights.fresh_scene, sights.fresh_planner
+    if scene is None or planner is None:
+        return ()
+    at = _pose_at_capture(sights, scene)
+    lines = [_line(points, kind, way, at) for way in planner.ways for points, kind in _drawn(way) if len(points) > 1]
+    return tuple(sorted(lines, key=lambda line: list(LineKind).index(line.kind)))
+
+
+def _drawn(way: PlannedWay) -> tuple[tuple[WayPoints, LineKind], ...]:
+    if way.chosen:
+        return (way.guidance, LineKind.GUIDANCE), (way.trajectory, LineKind.CHOSEN)
+    return ((way.guidance, LineKind.GUIDANCE), (way.trajectory, LineKind.TRAJECTORY)) if way.feasible else ()
+
+
+def _line(points: WayPoints, kind: LineKind, way: PlannedWay, at: Pose) -> PlannedLine:
+    seen = tuple(in_car_frame(point, at.x_m, at.y_m, at.heading_rad) for point in points)
+    return PlannedLine(points=seen, kind=kind, colour=way.colour if way.identity >= 0 else None)

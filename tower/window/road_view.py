@@ -1,4 +1,5 @@
-"""Draws a RoadView onto the picture: the strip the car will sweep, the stopping line, the corridor, the place of the request.
+"""Draws a RoadView onto the picture: the strip the car will sweep, the stopping line, the corridor, the place of the request, and
+what the planner weighs.
 
 Cut off above the bonnet, and never opaque where the road is: an operator looks through it. Draws; decides nothing.
 """
@@ -13,7 +14,7 @@ from tower.window.looks import AMBER, BLUE, VERMILION
 from tower.window.paint import Pixels, fill, ordered, pixels_within, stroke
 from tower.window.palette import Rgba
 from tower.window.projection import GroundCamera
-from tower.window.views import RoadView
+from tower.window.views import LineKind, RoadView
 
 XY = tuple[float, float]
 Colour = tuple[int, int, int]
@@ -22,6 +23,8 @@ _SHOWN_TO = 0.80  # of the picture's height: below it are the bonnet and the pan
 _CASING = (12, 14, 18)
 _EDGE = (244, 247, 250)
 _FILL_SHARE = 0.26
+CLASSES: tuple[Colour, ...] = ((0, 114, 178), (230, 159, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233))  # Okabe and Ito, 2008
+_THICK = {LineKind.GUIDANCE: 0.8, LineKind.TRAJECTORY: 2.0, LineKind.CHOSEN: 4.5}  # design units
 _LABEL_SIZE = 20.0  # design units
 _MARK_M = 2.0  # height of the pole over the place of a request
 _LABEL: Rgba = (12, 14, 18, 255)
@@ -49,6 +52,7 @@ def _painted(surface: pygame.Surface, shown: Box, view: RoadView, camera: Ground
         if pixels is None:
             return []
         pen = _Pen(pixels, surface, camera, zoom, scale)
+        _draw_planned(pen, view)
         _draw_corridor(pen, view)
         labels = _draw_path(pen, view)
         _draw_blind_end(pen, view)
@@ -76,6 +80,13 @@ class _Pen:
     def area(self, points: Sequence[XY], colour: Colour, share: float) -> None:
         if len(points) > 2:
             fill(self.pixels, points, ordered(colour, self._surface), share)
+
+
+def _draw_planned(pen: _Pen, view: RoadView) -> None:
+    """A hair for a guidance, thin for what could be driven of it, thick for what is."""
+    for line in view.planned:
+        colour = _EDGE if line.colour is None else CLASSES[line.colour % len(CLASSES)]
+        pen.line(pen.at(line.points), _THICK[line.kind], colour)
 
 
 def _draw_path(pen: _Pen, view: RoadView) -> list[Label]:

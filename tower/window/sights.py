@@ -14,14 +14,14 @@ from tower.window.picture_age import PictureSeen
 from tower.window.picture_layout import FRONT
 from tower.window.replay_ring import ReplayFrame
 from wire.latest import Received
-from wire.messages.automation import AutonomyStatus, RoadMap, Scene
+from wire.messages.automation import AutonomyStatus, PlannerView, RoadMap, Scene
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import GatewayStatus, VehicleDescription, VehicleState
 
 M = TypeVar("M")
 STATE_STALE_NS = 300_000_000  # ours: 15 periods of vehicle_state; older figures are not shown
 OPERATOR_STALE_NS = 1_000_000_000  # ours: 20 periods of operator_status
-SCENE_STALE_NS = 1_000_000_000  # ours: 10 periods of scene
+SCENE_STALE_NS = 1_000_000_000  # ours: 10 periods of scene and planner_view
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +34,7 @@ class Sights:
     operator: Received[OperatorStatus] | None = None
     autonomy: Received[AutonomyStatus] | None = None
     scene: Received[Scene] | None = None
+    planner: Received[PlannerView] | None = None
     road_map: RoadMap | None = None
     description: VehicleDescription | None = None
     vehicle_id: str = ""  # of the car that is waited for, as configured
@@ -66,6 +67,10 @@ class Sights:
     @property
     def fresh_scene(self) -> Scene | None:
         return _fresh(self.scene, self.now_ns, SCENE_STALE_NS)
+
+    @property
+    def fresh_planner(self) -> PlannerView | None:
+        return _fresh(self.planner, self.now_ns, SCENE_STALE_NS)
 
     @property
     def clock_offset_ns(self) -> int | None:

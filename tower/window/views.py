@@ -128,6 +128,19 @@ class MapView:
     car_width_m: float
 
 
+class LineKind(StrEnum):
+    GUIDANCE = "guidance"
+    TRAJECTORY = "trajectory"
+    CHOSEN = "chosen"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedLine:
+    points: tuple[XY, ...]
+    kind: LineKind
+    colour: int | None  # number of a guidance class's colour; None: of no class
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoadView:
     """On the road in the picture. Metres in the car's own frame at the picture's capture stamp, rear axle, ISO 8855."""
@@ -142,6 +155,7 @@ class RoadView:
     blind_end: tuple[XY, XY] | None  # across it, where the car would stand
     place: tuple[float, float] | None  # of the open request
     place_text: str
+    planned: tuple[PlannedLine, ...] = ()  # while the car drives by a planner that tells; the chosen one last
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -113,6 +113,28 @@ class Scene(Message):
     stopping_corridor: Path  # checked against road edge and objects, from the car on; () when unhealthy
 
 
+WayPoints = Annotated[tuple[Point, ...], Meta(max_length=100)]  # ours: a horizon has 36
+WAYS_MAX = 16  # ours: four classes, one trajectory without guidance, and braking
+
+
+class PlannedWay(Message):
+    """One candidate of the planner among people. Places are of the rear axle, map frame, one for each stage of the horizon."""
+
+    identity: Annotated[int, Meta(ge=-2, le=2**53)]  # of its guidance class; -1 without guidance, -2 braking
+    colour: Annotated[int, Meta(ge=0, le=15)]  # number of a class's colour, which it keeps while it is there; 0 for the others
+    guidance: WayPoints  # () without one
+    trajectory: WayPoints  # () when there is none
+    feasible: bool
+    chosen: bool
+
+
+class PlannerView(Message):
+    """10 Hz, crosses the link: what the planner among people thought, to look at; nobody drives by it."""
+
+    stamp_ns: TimeNs  # vehicle clock: time the plan starts from
+    ways: Annotated[tuple[PlannedWay, ...], Meta(max_length=WAYS_MAX)]
+
+
 class RoadMap(Message):
     """The map the automation drives by, 1 Hz, and what a map file holds (TOML). See wire.road.Road for the geometry.
 
