@@ -1,4 +1,4 @@
-"""The program of the embedded stack: `autonomy run`, `autonomy compile`."""
+"""The program of the embedded stack: `autonomy run`, `autonomy compile`, `autonomy plan`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 
 from autonomy.run import run as run_stack
-from wire.configuration import shipped
-from wire.logs import Format, LogFormat
+from wire.configuration import ConfigurationError, shipped
+from wire.logs import Format, LogFormat, tell_error
 from wire.logs import start as start_log
-from wire.process import run_until_stopped
+from wire.process import USER_ERROR, run_until_stopped
 
 Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
 DEFAULT = shipped("simulated.toml")
@@ -34,6 +34,29 @@ def compile_kernels() -> None:
     from autonomy.compile import warm_up  # half a second of numba that `run` need not wait for
 
     warm_up(typer.echo)
+
+
+@application.command()
+def plan(
+    scenario: Annotated[str, typer.Option(metavar="FILE_OR_NAME", help="a crossing: a file, or a name in config/crossings")],
+    seed: Annotated[int | None, typer.Option(min=0, help="who crosses, and when; default: the crossing's first")] = None,
+    method: Annotated[str, typer.Option(help="t-mpc++, guided (without the unguided planner), or lmpcc")] = "t-mpc++",
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="a picture of one moment")] = None,
+    at: Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="which; default: the most telling one")] = None,
+    animate: Annotated[Path | None, typer.Option(metavar="FILE.mp4", help="a film of the drive")] = None,
+    record: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="the drive for Foxglove")] = None,
+) -> None:
+    """Drive a crossing among people, say how it went, and draw what the planner thought. Exit code 1: the goal was not reached."""
+    from autonomy.planner_view.plan import Wanted  # numba, OpenCV and PyAV, which `run` need not wait for
+    from autonomy.planner_view.plan import plan as plan_crossing
+
+    wanted = Wanted(scenario=scenario, seed=seed, method=method, plot=plot, at_s=at, animate=animate, record=record)
+    try:
+        reached = plan_crossing(wanted, typer.echo)
+    except ConfigurationError as error:
+        tell_error(str(error))
+        raise typer.Exit(USER_ERROR) from None
+    raise typer.Exit(0 if reached else 1)
 
 
 def main() -> None:

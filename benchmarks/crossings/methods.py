@@ -4,46 +4,27 @@ The braking planner keeps to the middle of the street as its own lane, with the 
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
-from autonomy.car_shape import CarShape
 from autonomy.control.speed import SpeedSettings, SpeedState, preview_m, wanted_acceleration
 from autonomy.control.steering import SteeringSettings, wanted_angle_rad
 from autonomy.perception.tracking import Track
 from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation, plan
 from autonomy.planning.crossings.drive import THING_0, Asked, Planner, Seen
+from autonomy.planning.crossings.driver import BEYOND_M, CAR, topology_driver
 from autonomy.planning.crossings.scenario import World
-from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S, CarState
-from autonomy.planning.reference_path import ReferencePath, lane_path
+from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import ceiling
-from autonomy.planning.topology import Around, TopologySettings, TopologyState
-from autonomy.planning.topology import plan as plan_topology
+from autonomy.planning.topology import TopologySettings
 from wire.messages.automation import RoadSegment
 from wire.road import Road
 
-# reference, motion-planner.md: the Prius of the published planner
-CAR = CarShape(front_m=3.85, rear_m=0.95, half_width_m=1.125, wheelbase_m=2.79, road_wheel_angle_max_rad=0.55, braking_max_m_s2=8.0)
-BEHIND_M, BEYOND_M = 5.0, 30.0  # of the road, so that neither start nor horizon is at the path's end
 STEERING_RATE_RAD_S = 1.5
 Method = Callable[[World], Planner]
 
 
 def topology(settings: TopologySettings) -> Method:
-    def of(world: World) -> Planner:
-        path, state = path_of(world), TopologyState()
-
-        def asked(seen: Seen) -> Asked:
-            nonlocal state
-            car = replace_station(seen.car)
-            around = Around(car=car, path=path, predictions=seen.predictions, speed_m_s=world.crossing.speed_m_s)
-            state, decision = plan_topology(state, around, CAR, settings)
-            acceleration, rate = decision.chosen.trajectory.inputs[0]
-            return Asked(float(acceleration), float(rate), decision.braking)
-
-        return asked
-
-    return of
+    return lambda world: topology_driver(world, settings)
 
 
 def braking(settings: PlanningSettings, speed: SpeedSettings) -> Method:
@@ -79,16 +60,6 @@ def braking(settings: PlanningSettings, speed: SpeedSettings) -> Method:
         return asked
 
     return of
-
-
-def replace_station(car: CarState) -> CarState:
-    """On the path, which begins before the road."""
-    return replace(car, station_m=car.station_m + BEHIND_M)
-
-
-def path_of(world: World) -> ReferencePath:
-    half = world.crossing.half_width_m
-    return lane_path(world.road, lambda _: 0.0, -BEHIND_M, world.road.length_m + BEYOND_M, -half, half)
 
 
 def street_as_lane(world: World) -> Road:

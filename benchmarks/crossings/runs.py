@@ -9,9 +9,10 @@ from msgspec.json import Decoder, encode
 
 import autonomy.control
 from autonomy.planning.crossings.drive import Verdict, drive
+from autonomy.planning.crossings.driver import CAR
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
 from autonomy.planning.kernels import fingerprint
-from benchmarks.crossings.methods import CAR, Method
+from benchmarks.crossings.methods import Method
 from wire.messages.base import Count, Message
 
 KEPT = Path(".table1")

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from autonomy.planning.crossings.drive import Asked, Verdict
+from autonomy.planning.crossings.driver import CAR
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
-from benchmarks.crossings.methods import CAR, street_as_lane
+from benchmarks.crossings.methods import street_as_lane
 from benchmarks.crossings.runs import Run, Runs
 from benchmarks.crossings.table import difference, interval, reported, told
 

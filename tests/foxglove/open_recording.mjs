@@ -95,7 +95,7 @@ function sendFile(file, request, response) {
 async function openInStudio(page, site) {
   await page.goto(`${site}/?ds=remote-file&ds.url=${encodeURIComponent(`${site}/drive.mcap`)}`);
   await page.getByText("CURRENT SOURCE", { exact: false }).waitFor({ timeout: PATIENCE_MS });
-  await page.getByText("autonomy_command", { exact: true }).first().waitFor({ timeout: PATIENCE_MS });
+  await page.getByText([...channels.keys()][0], { exact: true }).first().waitFor({ timeout: PATIENCE_MS });
   const topics = await page.evaluate(() => document.body.innerText);
   await page.screenshot({ path: picture });
   await page.getByText("Problems", { exact: true }).click();

@@ -1,0 +1,37 @@
+"""Which colour a guidance class has: its own, for as long as it is there, and never one that another class beside it has. Pure.
+
+Source of the colours: Okabe and Ito, "Color Universal Design", 2008: told apart by every kind of colour vision.
+"""
+
+from collections.abc import Iterable
+
+from autonomy.planning.topology import BRAKING, UNGUIDED
+
+Rgb = tuple[int, int, int]
+BLUE, ORANGE, GREEN, PURPLE, SKY = (0, 114, 178), (230, 159, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233)
+VERMILION, BLACK = (213, 94, 0), (0, 0, 0)
+CLASSES: tuple[Rgb, ...] = (BLUE, ORANGE, GREEN, PURPLE, SKY)  # at most four ways are there at once
+OTHERS: dict[int, Rgb] = {UNGUIDED: (70, 70, 76), BRAKING: VERMILION}
+Given = dict[int, int]  # identity of a class, its place in CLASSES; the one shown longest ago first
+
+
+def give(before: Given, shown: Iterable[int]) -> dict[int, int]:
+    """With a colour for every class that is shown now; who is new gets the one that was used longest ago."""
+    there = list(dict.fromkeys(identity for identity in shown if identity >= 0))
+    now: dict[int, int] = {}
+    for identity in (each for each in reversed(before) if each in there):  # who was there before comes before who comes back
+        if before[identity] not in now.values():
+            now[identity] = before[identity]
+    for identity in (each for each in there if each not in now):
+        now[identity] = _least_used(before, set(now.values()))
+    return {identity: place for identity, place in before.items() if identity not in now} | now
+
+
+def _least_used(before: Given, taken: set[int]) -> int:
+    used = list(before.values())
+    free = [place for place in range(len(CLASSES)) if place not in taken]
+    return min(free, key=lambda place: max((k for k, each in enumerate(used) if each == place), default=-1))
+
+
+def colour(given: Given, identity: int) -> Rgb:
+    return OTHERS[identity] if identity in OTHERS else CLASSES[given[identity]]
