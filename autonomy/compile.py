@@ -12,9 +12,15 @@ from time import monotonic
 from autonomy.control.mpcc.warm_up import warm_up as tracker
 from autonomy.planning.guidance.warm_up import warm_up as guidance
 from autonomy.planning.kernels import kept_in
+from autonomy.planning.learned.warm_up import warm_up as learned_guess
 from autonomy.planning.mpc.warm_up import warm_up as local_planner
 
-WARM_UPS: dict[str, Callable[[], None]] = {"guidance planner": guidance, "local planner": local_planner, "tracker": tracker}
+WARM_UPS: dict[str, Callable[[], None]] = {
+    "guidance planner": guidance,
+    "local planner": local_planner,
+    "learned guess": learned_guess,
+    "tracker": tracker,
+}
 
 
 def warm_up(tell: Callable[[str], None]) -> None:

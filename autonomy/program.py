@@ -1,4 +1,5 @@
 """The program of the embedded stack: `autonomy run`, `autonomy compile`, `autonomy plan`."""
+"""The program of the embedded stack: `autonomy run`, `autonomy compile`, `autonomy train-guess`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,7 @@ from wire.process import USER_ERROR, run_until_stopped
 
 Config = Annotated[Path, typer.Option("--config", help="TOML configuration file.", show_default="config/simulated.toml")]
 DEFAULT = shipped("simulated.toml")
+DRIVES, ROUNDS = 160, 40  # of the weights that are shipped
 application = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
 
@@ -57,6 +59,19 @@ def plan(
         tell_error(str(error))
         raise typer.Exit(USER_ERROR) from None
     raise typer.Exit(0 if reached else 1)
+@application.command(name="train-guess")
+def train_guess(
+    drives: Annotated[int, typer.Option(min=20, help="Drives through the training crossings.")] = DRIVES,
+    rounds: Annotated[int, typer.Option(min=1, help="Times through all samples.")] = ROUNDS,
+    out: Annotated[Path, typer.Option(help="The weights' file; its story goes beside it.")] = Path("weights.npz"),
+) -> None:
+    """Learn where the local planner starts in a new class, from drives made for it (minutes of one core)."""
+    try:
+        from autonomy.training.shipping import train_guess as train
+    except ModuleNotFoundError:
+        typer.echo("training wants JAX; install it: pip install --constraint constraints.txt '.[train]'", err=True)
+        raise typer.Exit(1) from None
+    train(drives, rounds, out, f"autonomy train-guess --drives {drives} --rounds {rounds}", typer.echo)
 
 
 def main() -> None:

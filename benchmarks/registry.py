@@ -4,6 +4,7 @@ from benchmarks import (
     cycle,
     endurance,
     gate_replay,
+    guess,
     guidance,
     lateness,
     picture_look,
@@ -31,4 +32,5 @@ BENCHMARKS: dict[str, Benchmark] = {
     guidance.NAME: guidance.figures,
     planner.NAME: planner.figures,
     tracker.NAME: tracker.figures,
+    guess.NAME: guess.figures,
 }

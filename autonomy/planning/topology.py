@@ -5,7 +5,7 @@ among the feasible wins; the class that was taken last counts less, so that the 
 brakes along what it was doing, and says so. It does not watch the time: every planner ends by its own count of iterations.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -17,6 +17,8 @@ from autonomy.planning.guidance.planner import guide
 from autonomy.planning.guidance.settings import GuidanceSettings
 from autonomy.planning.guidance.state import Guidance, Guidances, GuidanceState, initial_state
 from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S, STEPS, CarState, Floats, Predictions, Trajectory
+from autonomy.planning.learned.guesses import guesses
+from autonomy.planning.learned.weights import shipped_weights
 from autonomy.planning.mpc.bicycle import ANGLE, SPEED, step
 from autonomy.planning.mpc.guess import Guess, later
 from autonomy.planning.mpc.halfspaces import half_spaces
@@ -36,6 +38,7 @@ class TopologySettings(Message):
     guided: bool = True  # with unguided: T-MPC++; alone: T-MPC without its fallback
     unguided: bool = True  # alone: LMPCC
     consistency: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.75  # the class taken last counts so much; source: T-MPC
+    learned_guess: bool = True  # in a class that has no trajectory yet; off: from the guidance's own places
     braking_m_s2: Annotated[float, Meta(gt=0.1, le=9.0)] = 4.0  # when nothing is feasible
 
 
@@ -87,7 +90,8 @@ def plan(
     if settings.guided and around.predictions is not None:
         memory, guidances = guide(memory, around.car, around.path, around.predictions, settings.guidance, elapsed_s)
     ways = () if guidances.left_out else guidances.ways  # they do not know of everybody
-    candidates = [_guided(way, state, around, shape, settings, elapsed_s) for way in ways]
+    starts = _starts(ways, state, around, shape, settings, elapsed_s)
+    candidates = [_guided(way, start, around, shape, settings) for way, start in zip(ways, starts, strict=True)]
     if settings.unguided or not ways:
         candidates.append(_unguided(state, around, shape, settings, elapsed_s))
     chosen = _best(candidates, state.taken, settings) or _braking(state.taken, around.car, shape, settings, elapsed_s)
@@ -97,15 +101,23 @@ def plan(
     return after, Decision(chosen=chosen, candidates=tuple(candidates), guidances=guidances)
 
 
-def _guided(
-    way: Guidance, state: TopologyState, around: Around, shape: CarShape, settings: TopologySettings, elapsed_s: float
-) -> Candidate:
-    """On the guidance's side of everybody; from the last trajectory of its class, or from the guidance itself."""
+def _starts(
+    ways: Sequence[Guidance], state: TopologyState, around: Around, shape: CarShape, settings: TopologySettings, elapsed_s: float
+) -> list[Guess | Floats]:
+    """Of each: the last trajectory of its class; in a new class what was learned; else the guidance itself."""
+    new = [way for way in ways if way.identity not in state.found]
+    weights = shipped_weights() if settings.learned_guess and new else None
+    learned = guesses(weights, new, _problem(around, shape, None), settings.local)
+    starts: dict[int, Guess | Floats] = {way.identity: way.rear_axle_m for way in new}
+    starts |= {way.identity: guess for way, guess in zip(new, learned or (), strict=False)}
+    return [later(state.found[i], elapsed_s) if i in state.found else starts[i] for i in (way.identity for way in ways)]
+
+
+def _guided(way: Guidance, start: Guess | Floats, around: Around, shape: CarShape, settings: TopologySettings) -> Candidate:
+    """On the guidance's side of everybody."""
     assert around.predictions is not None
-    last = state.found.get(way.identity)
-    guess: Guess | Floats = later(last, elapsed_s) if last is not None else way.rear_axle_m
     sides = half_spaces(way.rear_axle_m, around.predictions)
-    return Candidate(identity=way.identity, trajectory=solve(_problem(around, shape, sides), settings.local, guess), guidance=way)
+    return Candidate(identity=way.identity, trajectory=solve(_problem(around, shape, sides), settings.local, start), guidance=way)
 
 
 def _unguided(state: TopologyState, around: Around, shape: CarShape, settings: TopologySettings, elapsed_s: float) -> Candidate:

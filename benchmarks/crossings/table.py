@@ -63,8 +63,8 @@ def main() -> None:
 
 
 def reported() -> list[str]:
-    """Every shipped crossing that nothing is tuned on."""
-    return sorted(path.stem for path in shipped("crossings").glob("*.toml") if not path.stem.startswith("tuning"))
+    """Every shipped crossing that nothing is tuned or trained on."""
+    return sorted(path.stem for path in shipped("crossings").glob("*.toml") if not path.stem.startswith(("tuning", "training")))
 
 
 def section(crossing: str, runs: Sequence[Run]) -> str:

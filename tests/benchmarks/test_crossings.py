@@ -8,9 +8,11 @@ import pytest
 from autonomy.planning.crossings.drive import Asked, Verdict
 from autonomy.planning.crossings.driver import CAR
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
+from autonomy.training.collect import CROSSINGS
 from benchmarks.crossings.methods import street_as_lane
 from benchmarks.crossings.runs import Run, Runs
 from benchmarks.crossings.table import difference, interval, reported, told
+from wire.configuration import shipped
 
 
 def run(seed: int, duration_s: float, collided: bool = False, timed_out: bool = False) -> Run:
@@ -56,9 +58,13 @@ def test_a_run_is_made_once_and_again_only_for_another_seed(tmp_path: Path) -> N
     assert all(each.verdict.collided for each in again)
 
 
-def test_nothing_is_reported_that_was_tuned_on() -> None:
+def test_nothing_is_reported_that_was_tuned_or_trained_on() -> None:
     assert "crossers_4" in reported() and "meeting_4" in reported()
-    assert not any(name.startswith("tuning") for name in reported())
+    others = {path.stem: read_crossing(path)[0].first_seed for path in shipped("crossings").glob("*.toml")}
+    for name in reported():
+        assert not name.startswith(("tuning", "training"))
+        assert others.pop(name) == 0
+    assert {"tuning_5", *CROSSINGS} == set(others) and min(others.values()) >= 100_000
 
 
 @pytest.mark.parametrize("name", ["crossers_4", "occluded_4"])

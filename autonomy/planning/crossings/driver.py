@@ -1,4 +1,5 @@
 """The planner among people as the driver of a crossing: its path, its car, and somebody who may look over its shoulder. Pure."""
+"""The topology planner as the driver of a crossing: the car, the street as its path, and a loop that tells what it does."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,6 +19,10 @@ Look = Callable[[Seen, Decision], None]
 
 def topology_driver(world: World, settings: TopologySettings, look: Look = lambda seen, decision: None) -> Planner:
     """look  is told every decision, and what it was made for"""
+Hears = Callable[[TopologyState, Around, Decision], None]  # the state before the decision
+
+
+def topology_driver(world: World, settings: TopologySettings, hears: Hears | None = None) -> Planner:
     path, state = path_of(world), TopologyState()
 
     def asked(seen: Seen) -> Asked:
@@ -25,6 +30,10 @@ def topology_driver(world: World, settings: TopologySettings, look: Look = lambd
         around = Around(car=on_path(seen.car), path=path, predictions=seen.predictions, speed_m_s=world.crossing.speed_m_s)
         state, decision = plan(state, around, CAR, settings)
         look(seen, decision)
+        before = state
+        state, decision = plan(before, around, CAR, settings)
+        if hears is not None:
+            hears(before, around, decision)
         acceleration, rate = decision.chosen.trajectory.inputs[0]
         return Asked(float(acceleration), float(rate), decision.braking)
 
@@ -39,3 +48,12 @@ def on_path(car: CarState) -> CarState:
 def path_of(world: World) -> ReferencePath:
     half = world.crossing.half_width_m
     return lane_path(world.road, lambda _: 0.0, -BEHIND_M, world.road.length_m + BEYOND_M, -half, half)
+def path_of(world: World) -> ReferencePath:
+    """All of the street's width."""
+    half = world.crossing.half_width_m
+    return lane_path(world.road, lambda _: 0.0, -BEHIND_M, world.road.length_m + BEYOND_M, -half, half)
+
+
+def on_path(car: CarState) -> CarState:
+    """The car with its station on that path, which begins before the road."""
+    return replace(car, station_m=car.station_m + BEHIND_M)
