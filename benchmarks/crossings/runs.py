@@ -12,6 +12,7 @@ from autonomy.planning.crossings.drive import Verdict, drive
 from autonomy.planning.crossings.driver import CAR
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
 from autonomy.planning.kernels import fingerprint
+from autonomy.planning.learned.weights import SHIPPED
 from benchmarks.crossings.methods import Method
 from wire.messages.base import Count, Message
 
@@ -52,9 +53,9 @@ class Runs:
 
 
 def sources_of(crossing: str) -> str:
-    """Whatever a verdict depends on: planners, control, the methods' settings, the crossing's file."""
+    """Whatever a verdict depends on: planners, what they learned, control, the methods' settings, the crossing's file."""
     told = sha256((fingerprint() + fingerprint(Path(autonomy.control.__file__).parent)).encode())
-    for file in (Path(__file__).with_name("methods.py"), find_crossing(crossing)):
+    for file in (Path(__file__).with_name("methods.py"), find_crossing(crossing), SHIPPED):
         told.update(file.read_bytes())
     return told.hexdigest()[:16]
 

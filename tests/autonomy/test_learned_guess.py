@@ -11,14 +11,18 @@ from msgspec.structs import replace as changed
 from autonomy.planning.crossings.driver import CAR
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
 from autonomy.planning.guidance.state import Guidance
-from autonomy.planning.horizon import STEP_S, STEPS, CarState, Predictions
+from autonomy.planning.horizon import STEP_S, STEPS, CarState, Predictions, Trajectory
+from autonomy.planning.learned import features as seen
+from autonomy.planning.learned import network
 from autonomy.planning.learned.features import PEOPLE, features
 from autonomy.planning.learned.guesses import guesses
 from autonomy.planning.learned.network import SHAPES, Weights, inputs
-from autonomy.planning.learned.weights import read, write
+from autonomy.planning.learned.warm_up import warm_up
+from autonomy.planning.learned.weights import SHIPPED, read, shipped_weights, write
 from autonomy.planning.mpc.problem import Problem
 from autonomy.planning.mpc.settings import MpcSettings
 from autonomy.planning.reference_path import through
+from autonomy.planning.topology import Around, TopologySettings, TopologyState, plan
 from autonomy.training.batches import Batch, mirrored
 from autonomy.training.collect import samples_of
 
@@ -151,6 +155,12 @@ def test_weights_that_are_missing_broken_or_no_numbers_are_none(tmp_path: Path) 
     assert read(file) is None
 
 
+def test_the_weights_that_are_shipped_are_small_and_say_how_they_were_made() -> None:
+    assert shipped_weights() is not None
+    assert SHIPPED.stat().st_size < 300_000
+    assert "autonomy train-guess --drives" in SHIPPED.with_suffix(".md").read_text()
+
+
 BAD = {
     "nobody looked": {"predictions": None},
     "a start that is no number": {"start": replace(START, x_m=np.nan)},
@@ -165,6 +175,32 @@ def test_what_cannot_be_asked_has_no_guess(name: str) -> None:
     assert guesses(some_weights(6, 0.05), [way()], replace(fine, **BAD[name]), SETTINGS) is None
     assert guesses(None, [way()], fine, SETTINGS) is None
     assert guesses(some_weights(6, 0.05)._replace(out_bias=np.full(2 * STEPS, np.nan, np.float32)), [way()], fine, SETTINGS) is None
+
+
+def test_the_switch_turns_it_on_in_new_classes_only() -> None:
+    around = Around(car=START, path=path(), predictions=people([(15.0, 0.0)]), speed_m_s=2.0)
+    decided = {on: plan(TopologyState(), around, CAR, TopologySettings(learned_guess=on)) for on in (True, False)}
+    first = {on: trajectories(decided[on][1]) for on in decided}
+    assert any(first[True][i].states.tobytes() != first[False][i].states.tobytes() for i in first[True] if i >= 0)
+    after = {on: plan(decided[True][0], around, CAR, TopologySettings(learned_guess=on), 0.0)[1] for on in (True, False)}
+    known = decided[True][0].found
+    one, other = (trajectories(after[on]) for on in (True, False))
+    assert any(identity >= 0 for identity in known)
+    assert all(one[i].states.tobytes() == other[i].states.tobytes() for i in one if i in known)
+
+
+def trajectories(decision) -> dict[int, Trajectory]:
+    return {each.identity: each.trajectory for each in decision.candidates}
+
+
+def test_after_the_warm_up_no_guess_waits_for_the_compiler() -> None:
+    warm_up()
+    kernels = (seen._alone, seen._people, network.driven)
+    crossing, tracks = read_crossing(find_crossing("training_wide_10"))
+    samples_of(world_of(changed(crossing, time_limit_s=0.5), crossing.first_seed, tracks))
+    around = Around(car=START, path=path(), predictions=people([(15.0, 0.0)]), speed_m_s=2.0)
+    plan(TopologyState(), around, CAR, TopologySettings())
+    assert all(len(kernel.signatures) == 1 for kernel in kernels)  # type: ignore[attr-defined]
 
 
 def test_what_is_collected_begins_at_the_car_and_can_be_driven() -> None:
