@@ -1,5 +1,4 @@
-"""The program of the embedded stack: `autonomy run`, `autonomy compile`, `autonomy plan`."""
-"""The program of the embedded stack: `autonomy run`, `autonomy compile`, `autonomy train-guess`."""
+"""The program of the embedded stack: `autonomy run`, `autonomy compile`, `autonomy plan`, `autonomy train-guess`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -59,6 +58,8 @@ def plan(
         tell_error(str(error))
         raise typer.Exit(USER_ERROR) from None
     raise typer.Exit(0 if reached else 1)
+
+
 @application.command(name="train-guess")
 def train_guess(
     drives: Annotated[int, typer.Option(min=20, help="Drives through the training crossings.")] = DRIVES,

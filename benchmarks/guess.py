@@ -19,7 +19,7 @@ import numpy as np
 
 from autonomy.compile import WARM_UPS
 from autonomy.planning.crossings.drive import Verdict, drive
-from autonomy.planning.crossings.driver import CAR, Hears, topology_driver
+from autonomy.planning.crossings.driver import CAR, Look, Looked, topology_driver
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
 from autonomy.planning.horizon import Floats, Trajectory
 from autonomy.planning.learned.guesses import guesses
@@ -143,15 +143,15 @@ def driven(crossing: str, settings: TopologySettings, *, paired: bool) -> tuple[
     return [drive(world, CAR, topology_driver(world, settings, listening(heard, paired)))[0] for world in worlds], heard
 
 
-def listening(heard: Heard, paired: bool) -> Hears:
+def listening(heard: Heard, paired: bool) -> Look:
     cycles = count()
 
-    def hears(before: TopologyState, around: Around, decision: Decision) -> None:
-        heard.guided.extend(each.feasible for each in decision.candidates if each.identity != UNGUIDED)
+    def look(looked: Looked) -> None:
+        heard.guided.extend(each.feasible for each in looked.decision.candidates if each.identity != UNGUIDED)
         if paired:
-            tried(before, around, decision, next(cycles) % EVERY == 0, heard)
+            tried(looked.before, looked.around, looked.decision, next(cycles) % EVERY == 0, heard)
 
-    return hears
+    return look
 
 
 def tried(before: TopologyState, around: Around, decision: Decision, everyone: bool, heard: Heard) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autonomy.planning.crossings.drive import Asked, Moment, Seen, Verdict, drive
-from autonomy.planning.crossings.driver import CAR, topology_driver
+from autonomy.planning.crossings.driver import CAR, Looked, topology_driver
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import Floats
 from autonomy.planning.topology import Decision, TopologySettings
@@ -36,9 +36,9 @@ class Watched:
 
 def watch(world: World, settings: TopologySettings, seconds: Callable[[], float]) -> Watched:
     """seconds  a clock, for what a cycle takes; nothing else depends on it"""
-    looks: list[tuple[Seen, Decision]] = []
+    looks: list[Looked] = []
     took_ms: list[float] = []
-    planner = topology_driver(world, settings, lambda seen, decision: looks.append((seen, decision)))
+    planner = topology_driver(world, settings, looks.append)
 
     def timed(seen: Seen) -> Asked:
         begun_s = seconds()
@@ -50,8 +50,8 @@ def watch(world: World, settings: TopologySettings, seconds: Callable[[], float]
     return Watched(world=world, verdict=verdict, cycles=tuple(map(_cycle, looks, moments, took_ms)))
 
 
-def _cycle(look: tuple[Seen, Decision], moment: Moment, took_ms: float) -> Cycle:
-    return Cycle(seen=look[0], decision=look[1], places_m=moment.places_m, took_ms=took_ms)
+def _cycle(look: Looked, moment: Moment, took_ms: float) -> Cycle:
+    return Cycle(seen=look.seen, decision=look.decision, places_m=moment.places_m, took_ms=took_ms)
 
 
 def most_telling(cycles: tuple[Cycle, ...]) -> int:

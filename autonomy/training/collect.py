@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from autonomy.planning.crossings.drive import drive
-from autonomy.planning.crossings.driver import CAR, topology_driver
+from autonomy.planning.crossings.driver import CAR, Looked, topology_driver
 from autonomy.planning.crossings.scenario import World, find_crossing, read_crossing, world_of
 from autonomy.planning.guidance.state import Guidance
 from autonomy.planning.horizon import STEPS, CarState, Floats, Trajectory
@@ -20,7 +20,7 @@ from autonomy.planning.learned.features import PEOPLE, PERSON, Singles, features
 from autonomy.planning.mpc.halfspaces import half_spaces
 from autonomy.planning.mpc.planner import solve
 from autonomy.planning.mpc.problem import Problem
-from autonomy.planning.topology import Around, Decision, TopologySettings, TopologyState
+from autonomy.planning.topology import Around, Decision, TopologySettings
 
 CROSSINGS = ("training_bend_6", "training_narrow_3", "training_wide_10", "training_before_8")
 EVERY = 3  # cycles: those between are nearly the same
@@ -47,11 +47,11 @@ def samples_of(world: World) -> list[Sample]:
     found: list[Sample] = []
     cycles = count()
 
-    def hears(_: TopologyState, around: Around, decision: Decision) -> None:
+    def look(looked: Looked) -> None:
         if next(cycles) % EVERY == 0:
-            found.extend(samples(around, decision))
+            found.extend(samples(looked.around, looked.decision))
 
-    drive(world, CAR, topology_driver(world, SETTINGS, hears))
+    drive(world, CAR, topology_driver(world, SETTINGS, look))
     return found
 
 
