@@ -165,6 +165,7 @@ BAD = {
     "nobody looked": {"predictions": None},
     "a start that is no number": {"start": replace(START, x_m=np.nan)},
     "predictions that are none": {"predictions": replace(people(CROWD), positions_m=np.full((STEPS + 1, 3, 2), np.nan))},
+    "a speed that was never learned": {"speed_m_s": 7.0},
     "covariances of another shape": {"predictions": replace(people(CROWD), covariances_m2=np.zeros((3, 2)))},
 }
 

@@ -1,6 +1,6 @@
 """Guidances in, a start for the local planner of each out, all of them at once. Pure. A guess decides nothing: the solver does.
 
-Without weights, for a problem that cannot be asked, or when no numbers come out, there is no guess.
+Without weights, for a problem that cannot be asked, for another speed than was learned, or when no numbers come out, there is none.
 """
 
 from collections.abc import Sequence
@@ -15,11 +15,15 @@ from autonomy.planning.mpc.guess import Guess
 from autonomy.planning.mpc.problem import Problem, refusal, state_of
 from autonomy.planning.mpc.settings import MpcSettings
 
+LEARNED_M_S = (1.5, 2.5)  # asked for; all training drives asked for 2 m/s, and what a network says far from there is anything
+
 
 def guesses(weights: Weights | None, ways: Sequence[Guidance], asked: Problem, settings: MpcSettings) -> list[Guess] | None:
     """One for each way. Asked: the ways' common problem, whose own sides do not matter."""
     people = asked.predictions
     if weights is None or not ways or people is None or refusal(asked):
+        return None
+    if not LEARNED_M_S[0] <= asked.speed_m_s <= LEARNED_M_S[1]:
         return None
     said = inputs(weights, features(ways, asked.start, asked.path, people, asked.speed_m_s))
     np.clip(said[..., 0], -settings.deceleration_max_m_s2, settings.acceleration_max_m_s2, out=said[..., 0])
