@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vehicle_gateway.video.load import (
+    ALONE,
     DOWN_AFTER_S,
     LADDER,
     UP_AFTER_MAX_S,
@@ -58,6 +59,16 @@ def test_the_level_moves_by_single_steps_and_comes_back_after_calm(seconds: list
     for _ in range(UP_AFTER_MAX_S + UP_AFTER_S * len(LADDER)):
         load = after_a_second(load, pressed=False)
     assert load.level == 0
+
+
+def test_a_car_with_one_camera_gives_up_something_with_every_step() -> None:
+    assert ALONE[0] == LADDER[0] and ALONE[-1] == LADDER[-1]
+    allowed = [allowance(30.0, True, Load(level=level), ALONE) for level in range(len(ALONE))]
+    assert allowed == [(30.0, False), (20.0, False), (20.0, True), (15.0, True)]
+    load = Load()
+    for _ in range(20):
+        load = after_a_second(load, True, ALONE)
+    assert load.level == len(ALONE) - 1
 
 
 def seconds_between_tries(load: Load, tries: int, enough_at: int) -> list[int]:

@@ -22,7 +22,8 @@ class Rung(NamedTuple):
     halved: bool = False  # the required ones, width and height
 
 
-LADDER = (
+Ladder = tuple[Rung, ...]
+LADDER: Ladder = (
     Rung(1.0, 1.0),
     Rung(2 / 3, 1.0),
     Rung(1 / 2, 1.0),
@@ -32,6 +33,8 @@ LADDER = (
     Rung(1 / 6, 2 / 3, halved=True),
     Rung(1 / 6, 1 / 2, halved=True),
 )
+# Of a car whose cameras are all required: no step that gives up what there is not.
+ALONE = tuple(rung for rung, before in zip(LADDER, (None, *LADDER), strict=False) if before is None or rung[1:] != before[1:])
 CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # processes whose loops must not wait for a picture
 DOWN_AFTER_S, UP_AFTER_S = 2, 8  # down: the first step, then one a second; up: a step that is too much costs late pictures
 UP_AFTER_MAX_S = 64  # of a step that was too much three times
@@ -56,17 +59,17 @@ class Allowance(NamedTuple):
     halved: bool = False  # in width and height
 
 
-def after_a_second(load: Load, pressed: bool) -> Load:
+def after_a_second(load: Load, pressed: bool, ladder: Ladder = LADDER) -> Load:
     """pressed: the second that has passed was too much."""
     later = replace(load, since_back_s=min(load.since_back_s + 1, UP_AFTER_S))
-    return _pressed(later) if pressed else _calm(later, load.since_back_s < UP_AFTER_S == later.since_back_s)
+    return _pressed(later, len(ladder) - 1) if pressed else _calm(later, load.since_back_s < UP_AFTER_S == later.since_back_s)
 
 
-def _pressed(load: Load) -> Load:
+def _pressed(load: Load, lowest: int) -> Load:
     load = replace(load, pressed_s=load.pressed_s + 1, calm_s=0)
     if load.pressed_s < DOWN_AFTER_S:
         return load
-    load = replace(load, level=min(load.level + 1, len(LADDER) - 1))
+    load = replace(load, level=min(load.level + 1, lowest))
     if load.since_back_s == UP_AFTER_S:
         return load
     return replace(load, patience_s=min(2 * load.patience_s, UP_AFTER_MAX_S), since_back_s=UP_AFTER_S)
@@ -80,9 +83,9 @@ def _calm(load: Load, held: bool) -> Load:
     return replace(load, level=load.level - 1, calm_s=0, since_back_s=0)
 
 
-def allowance(nominal_hz: float, required: bool, load: Load) -> Allowance:
+def allowance(nominal_hz: float, required: bool, load: Load, ladder: Ladder = LADDER) -> Allowance:
     """Of a camera with so many pictures a second of its own."""
-    rung = LADDER[load.level]
+    rung = ladder[load.level]
     return Allowance(nominal_hz * rung.required, rung.halved) if required else Allowance(nominal_hz * rung.others)
 
 

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
-from vehicle_gateway.video.load import LADDER, ControlLoops, Load, after_a_second, allowance, hear
+from vehicle_gateway.video.load import ALONE, LADDER, ControlLoops, Load, after_a_second, allowance, hear
 from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
@@ -94,6 +94,7 @@ class VideoSender:
         self.sessions = sessions
         self._link, self._loops, self._clock, self._workers = link, loops, clock, workers
         self._wishes, self._load = wishes, Load()
+        self._ladder = ALONE if all(loop.calibration.required for loop in loops) else LADDER
 
     def report(self, stop: threading.Event) -> None:
         """Publish status and health until `stop`. Raises what a camera's thread raised: the program then ends."""
@@ -109,11 +110,12 @@ class VideoSender:
     def _give_way(self, now_ns: int) -> None:
         """Once a second: fewer pictures when the machine cannot keep up, more again when it can."""
         late = [loop.calibration.required and loop.was_late(now_ns) for loop in self._loops]
-        before, self._load = self._load, after_a_second(self._load, any(late) or self._wishes.control_was_late())
+        pressed = any(late) or self._wishes.control_was_late()
+        before, self._load = self._load, after_a_second(self._load, pressed, self._ladder)
         if self._load.level != before.level:
-            log.info("cameras: level %d of %d of giving way to the rest of the car", self._load.level, len(LADDER) - 1)
+            log.info("cameras: level %d of %d of giving way to the rest of the car", self._load.level, len(self._ladder) - 1)
             for loop in self._loops:
-                loop.limit(allowance(loop.calibration.frame_rate_hz, loop.calibration.required, self._load))
+                loop.limit(allowance(loop.calibration.frame_rate_hz, loop.calibration.required, self._load, self._ladder))
 
     def _publish_health(self, pace: Pace, now_ns: int) -> None:
         dropped = {"pictures not sent": self.sessions.dropped} if self.sessions.dropped else {}
