@@ -117,7 +117,7 @@ def _taken(rig: WarmRig, beside: Beside) -> Taken:
         if beside.at_tower:
             _bunch_until_taken(rig)
         status = status_when(rig, lambda status: status["mode"] == Mode.REMOTE, TAKES_S)
-        meeting = _meeting(cycles)
+        meeting = _meeting(rig, cycles)
     hand_over = status["hand_over"]
     one = (status["lease_holder"], hand_over["number"], hand_over["state"]) == (HOLDER, 1, "committed")
     return Taken(one, meeting, int(status["dropped"].get(NOT_SIGNED, 0)), status["cause"])
@@ -134,13 +134,11 @@ def _bunch_until_taken(rig: WarmRig) -> None:
         time.sleep(OPEN_S)
 
 
-def _meeting(cycles: list[Heard]) -> Meeting:
+def _meeting(rig: WarmRig, cycles: list[Heard]) -> Meeting:
     """As soon as its cycle is heard. Raises RigError."""
-    end_s = time.monotonic() + HEARD_S
-    while (found := meeting_in(cycles.copy(), HOLDER)) is None:
-        if time.monotonic() > end_s:
-            raise RigError("the cycle of the grant was not heard")
-        time.sleep(0.1)
+    rig.wait_until("the cycle of the grant is heard", lambda: meeting_in(cycles.copy(), HOLDER), HEARD_S)
+    found = meeting_in(cycles.copy(), HOLDER)
+    assert found is not None  # for the type checker
     return found
 
 

@@ -192,23 +192,7 @@ def assemble(q: Quadratic, f: Factor, it: Iterate) -> None:
 
 @fast_kernel
 def add_rows(c: Floats, weight: Floats, first: int, end: int, m: Floats) -> None:
-    ss, sx, sy, sh, st, xx, xy, yy, xh, yh, hh, xt, yt, ht, tt = (
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )
+    ss = sx = sy = sh = st = xx = xy = yy = xh = yh = hh = xt = yt = ht = tt = 0.0
     for r in range(first, end):
         w = weight[r]
         x, y, h, t = w * c[0, r], w * c[1, r], w * c[2, r], w * c[3, r]
