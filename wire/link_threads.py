@@ -21,6 +21,15 @@ def beneath(fifo_priority: int) -> int:
     return max(fifo_priority - 1, min(fifo_priority, 1))
 
 
+def for_pictures(fifo_priority: int) -> int:
+    """The priority of what brings pictures to a driver, of control loops with that one: a person closes that loop.
+
+    Below whatever serves the control loops. To be given only to what a camera's rate bounds, never to what draws a simulated
+    world: that takes all there is.
+    """
+    return max(fifo_priority // 2, min(fifo_priority, 1))
+
+
 @contextmanager
 def threads_with(fifo_priority: int) -> Iterator[None]:
     """Threads started inside have SCHED_FIFO for good, and so have those that they start: Linux lets them inherit it.

@@ -21,12 +21,19 @@ _SWITCH_S = 0.0005  # ours: a tenth of Python's own
 def raise_priority(fifo_priority: int) -> str:
     """Give the calling thread SCHED_FIFO where the system allows it; says in words what came of it."""
     if fifo_priority == 0 or not hasattr(os, "sched_setscheduler"):
-        return "other"
+        return scheduling()
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO | getattr(os, "SCHED_RESET_ON_FORK", 0), os.sched_param(fifo_priority))
     except OSError as error:
         return f"other (fifo {fifo_priority} refused: {error.strerror})"
     return f"fifo {fifo_priority}"
+
+
+def scheduling() -> str:
+    """How the calling thread is scheduled, in words."""
+    if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) & ~getattr(os, "SCHED_RESET_ON_FORK", 0) == os.SCHED_FIFO:
+        return f"fifo {os.sched_getparam(0).sched_priority}"
+    return "other"
 
 
 class Lateness:
@@ -89,7 +96,7 @@ class Pace:
         return self
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
-        if self.scheduling.startswith("fifo"):
+        if self._fifo_priority and self.scheduling.startswith("fifo"):
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
     def __iter__(self) -> Iterator[int]:

@@ -61,7 +61,7 @@ class SessionSettings(Message):
 
 
 class PaceSettings(Message):
-    fifo_priority: Annotated[int, Meta(ge=0, le=50)] = 10  # SCHED_FIFO of control loops; 0: leave it to the system
+    fifo_priority: Annotated[int, Meta(ge=0, le=50)] = 10  # SCHED_FIFO of control loops, half of it for pictures; 0: for none
 
 
 class WireSettings(Message):

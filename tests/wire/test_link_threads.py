@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from wire.link_threads import beneath, threads_with
+from wire.link_threads import beneath, for_pictures, threads_with
 
 ALLOWED = hasattr(os, "sched_setscheduler")
 if ALLOWED:
@@ -26,6 +26,13 @@ def of_a_new_thread() -> tuple[int, int]:
 @pytest.mark.parametrize(("loop", "served"), [(0, 0), (1, 1), (2, 1), (10, 9), (50, 49)])
 def test_what_serves_a_loop_stands_one_below_it_and_never_becomes_plain(loop: int, served: int):
     assert beneath(loop) == served
+
+
+@pytest.mark.parametrize("loop", range(51))
+def test_pictures_have_a_priority_where_loops_have_one_and_never_one_above_what_serves_a_loop(loop: int):
+    assert (for_pictures(loop) > 0) == (loop > 0)
+    assert for_pictures(loop) <= beneath(loop)
+    assert loop < 4 or for_pictures(loop) < beneath(loop)
 
 
 @needs_fifo

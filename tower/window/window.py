@@ -20,6 +20,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
+from wire.link_threads import for_pictures, threads_with
 from wire.pace import Pace, share_interpreter
 from wire.settings import WireSettings
 from wire.topics import PROGRAMS, Role
@@ -35,16 +36,17 @@ def run(config: Path, stop: threading.Event) -> int:
     """
     sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings})
     wire, settings = sections["wire"], sections["tower"].window
-    servers = ways(wire.ice)
+    servers, pictures = ways(wire.ice), for_pictures(wire.pace.fifo_priority)
     clock = Clock(wire.clock.tower_offset_ns)
     share_interpreter()
     cv2.setNumThreads(1)  # a window must not take the cores of the control loops beside it
     with (
+        threads_with(pictures),
         open_link(wire.link, Role.WINDOW, clock, stop) as link,
         Screen(settings, store.load(store.folder())) as screen,
         VideoReceiver(link, clock, (), servers) as video,
         SnapshotWriter(_snapshot_path(wire, settings)) as writer,
-        Pace(_LOOK_S, clock, stop) as pace,
+        Pace(_LOOK_S, clock, stop, fifo_priority=pictures) as pace,
     ):
         loop = DisplayLoop(
             recording=Path(wire.session.folder).name,

@@ -22,7 +22,7 @@ from wire.clock import Clock
 from wire.messages.health import LoopHealth
 from wire.messages.sensing import CameraStatus
 from wire.messages.vehicle import CameraCalibration
-from wire.pace import Lateness
+from wire.pace import Lateness, scheduling
 from wire.picture import EncodedPicture
 from wire.stamp import Stamp
 
@@ -71,8 +71,10 @@ class CameraLoop:
         self._previous_ns: int | None = None
         self._encoded: deque[_Encoded] = deque(maxlen=256)
         self._skipped_before = 0
+        self._scheduling = "other"
 
     def run(self, halt: threading.Event) -> None:
+        self._scheduling = scheduling()
         while not halt.is_set():
             if not self._is_wanted(self._clock.now_ns()):
                 self._rest(halt)
@@ -176,7 +178,7 @@ class CameraLoop:
             process,
             f"camera {self.calibration.name}",
             now_ns,
-            "other",
+            self._scheduling,
             {reason: count for reason, count in dropped.items() if count},
         )
 

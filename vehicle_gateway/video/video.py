@@ -21,6 +21,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
+from wire.link_threads import for_pictures, threads_with
 from wire.logs import fields
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.pace import share_interpreter
@@ -47,6 +48,7 @@ def run(config: Path, stop: threading.Event) -> int:
     drawn = tuple(camera for camera in vehicle.cameras if choices[camera.name].kind == "simulated")
     with (
         painters(drawn, _renderers(gateway.simulation.scenario, vehicle)) as drawing,  # before the link has threads
+        threads_with(for_pictures(wire.pace.fifo_priority)),
         open_link(wire.link, Role.VIDEO, clock, stop) as link,
     ):
         sources = open_sources(choices, vehicle, clock, link, drawing)
