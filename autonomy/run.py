@@ -14,6 +14,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.latest import Latest
 from wire.link import Link, open_link
+from wire.link_threads import beneath
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
 from wire.road import Road
@@ -52,9 +53,10 @@ def run(config: Path, stop: threading.Event) -> int:
     """Drive until `stop` is set. Exit code. Raises ConfigurationError, LinkError, Stopped."""
     setup, wire = setup_from(config)
     clock = Clock()
-    with open_link(wire.link, Role.AUTONOMY, clock, stop) as link:
+    fifo = wire.pace.fifo_priority
+    with open_link(wire.link, Role.AUTONOMY, clock, stop, fifo_priority=beneath(fifo)) as link:
         newest, state = Newest(link), StackState()
-        with Pace(PERIOD_S, clock, stop, fifo_priority=wire.pace.fifo_priority) as pace:
+        with Pace(PERIOD_S, clock, stop, fifo_priority=fifo) as pace:
             for now_ns in pace:
                 state, outputs = step(state, newest.inputs(), now_ns, setup)
                 _publish(link, outputs, setup)

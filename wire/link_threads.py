@@ -24,8 +24,7 @@ def beneath(fifo_priority: int) -> int:
 def for_pictures(fifo_priority: int) -> int:
     """The priority of what brings pictures to a driver, of control loops with that one: a person closes that loop.
 
-    Below whatever serves the control loops. To be given only to what a camera's rate bounds, never to what draws a simulated
-    world: that takes all there is.
+    Below whatever serves the control loops. To be given only to what the rate of a camera bounds that itself gives way.
     """
     return max(fifo_priority // 2, min(fifo_priority, 1))
 

@@ -15,6 +15,7 @@ from vehicle_gateway.video.load import (
     allowance,
     hear,
     is_late,
+    others_may_give,
 )
 from wire.messages.health import LoopHealth
 
@@ -103,6 +104,13 @@ def test_the_ladder_never_gives_the_front_less_than_the_sides_and_only_goes_down
     assert LADDER[0] == (1.0, 1.0, False)
     assert all(rung.others <= rung.required for rung in LADDER)
     assert all(a[0] >= b[0] and a[1] >= b[1] for a, b in zip(LADDER, LADDER[1:], strict=False))
+
+
+def test_late_side_pictures_count_as_long_as_the_sides_alone_pay_for_it() -> None:
+    may = [level for level in range(len(LADDER)) if others_may_give(Load(level=level))]
+    assert may == [0, 1, 2, 4]
+    assert all(LADDER[level + 1].required == LADDER[level].required for level in may)
+    assert not any(others_may_give(Load(level=level), ALONE) for level in range(len(ALONE)))
 
 
 def test_a_fifth_of_the_pictures_late_or_lost_is_too_much() -> None:

@@ -9,13 +9,16 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
-from vehicle_gateway.video.painter import PainterEnded, painters
+from vehicle_gateway.video.painter import BEHIND_THE_FIRST, PainterEnded, painters
 from vehicle_gateway.video.picture import Bytes
+from wire.link_threads import threads_with
 from wire.load import process_cpu_s
 from wire.messages.base import Indicators
 from wire.messages.sensing import Pose, WorldState
 from wire.messages.vehicle import CameraCalibration
+from wire.pace import scheduling
 
 PLACE = {"focal_length_px": 50.0, "x_m": 0.0, "y_m": 0.0, "z_m": 1.0, "yaw_rad": 0.0, "pitch_rad": 0.0}
 FRONT, LEFT = (
@@ -23,6 +26,9 @@ FRONT, LEFT = (
     for name in ("front", "left")
 )
 WORK_M_S, DIE_M_S = 8.0, 9.0
+with threads_with(1):
+    ALLOWED = scheduling() == "fifo 1"
+needs_fifo = pytest.mark.skipif(not ALLOWED, reason="this system does not allow SCHED_FIFO")
 
 
 class SpeedAsGrey:
@@ -36,6 +42,16 @@ class SpeedAsGrey:
             pass
         out[0] = os.getpid() % 251
         out[1:] = round(world.speed_m_s) + self._plus
+
+
+class OwnScheduling:
+    """Draws the policy and the niceness of the process that draws."""
+
+    def __init__(self, calibration: CameraCalibration) -> None:
+        pass
+
+    def render_planar(self, world: WorldState, out: Bytes) -> None:
+        out[0], out[1:] = os.sched_getscheduler(0) & 0xFF, os.nice(0)
 
 
 def world(speed_m_s: float) -> WorldState:
@@ -75,6 +91,15 @@ def draw_and_lose_one() -> None:
     print("ended")
 
 
+def draw_their_scheduling() -> None:
+    """Of the required one and of the other: policy and niceness."""
+    with painters((FRONT, LEFT), OwnScheduling, fifo_priority=1) as drawing:
+        for painter in drawing.values():
+            picture = np.zeros((48, 64), np.uint8)
+            painter.render_planar(world(3.0), picture)
+            print(picture[0, 0], picture[1, 0])
+
+
 def wait_to_be_killed() -> None:
     with painters((FRONT, LEFT), SpeedAsGrey):
         print(*(process.name for process in multiprocessing.active_children()), flush=True)
@@ -84,6 +109,13 @@ def wait_to_be_killed() -> None:
 def test_each_camera_is_drawn_by_a_process_of_its_own_and_the_loss_of_one_is_told() -> None:
     done = subprocess.run([sys.executable, __file__, "draw_and_lose_one"], capture_output=True, text=True, timeout=60, check=False)
     assert done.stdout.splitlines() == ["the process that draws camera left has ended", "ended"], done.stderr
+
+
+@needs_fifo
+def test_only_the_required_camera_is_drawn_with_a_priority_and_the_others_stand_back() -> None:
+    command = [sys.executable, __file__, "draw_their_scheduling"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.splitlines() == [f"{os.SCHED_FIFO} 0", f"{os.SCHED_OTHER} {BEHIND_THE_FIRST}"], done.stderr
 
 
 def test_painters_end_when_the_program_is_killed() -> None:

@@ -1,11 +1,11 @@
 """Who gives way when the machine cannot keep up: cameras, the sides first, the required ones last. Pure.
 
-Once a second it is asked whether pictures of a required camera came late or not at all, or a control loop missed deadlines.
-After two such seconds all other cameras take fewer pictures, a step for each bad second, down to a third; then the required
-ones, down to two thirds; then the others once more; and when that is not enough, the required ones have half the width and
-height, which costs a driver less than half the rate would, and at the last half the rate, too. After eight good seconds one step
-is taken back; a step that then proves too much is tried again after twice as long. Control loops give nothing: they run at a
-better priority besides.
+Once a second it is asked whether pictures of a required camera came late or not at all (as long as only the others would pay
+for it, also of another one), or a control loop missed deadlines. After two such seconds all other cameras take fewer pictures,
+a step for each bad second, down to a third; then the required ones, down to two thirds; then the others once more; and when
+that is not enough, the required ones have half the width and height, which costs a driver less than half the rate would, and at
+the last half the rate, too. After eight good seconds one step is taken back; a step that then proves too much is tried again
+after twice as long. Control loops give nothing.
 """
 
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ ALONE = tuple(rung for rung, before in zip(LADDER, (None, *LADDER), strict=False
 CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # processes whose loops must not wait for a picture
 DOWN_AFTER_S, UP_AFTER_S = 2, 8  # down: the first step, then one a second; up: a step that is too much costs late pictures
 UP_AFTER_MAX_S = 64  # of a step that was too much three times
-LATE_NS = 100_000_000  # ours: half of what the car allows between two pictures; a picture ready so long after its capture is late
+LATE_NS = 70_000_000  # ours: a picture ready so long after its capture is late; a third of what the car allows between two
 LATE_SHARE = 0.2  # of the pictures of one second
 CONTROL_LATE_SHARE, CONTROL_LATE_LEAST = 0.02, 2  # of the cycles of one second
 
@@ -87,6 +87,12 @@ def allowance(nominal_hz: float, required: bool, load: Load, ladder: Ladder = LA
     """Of a camera with so many pictures a second of its own."""
     rung = ladder[load.level]
     return Allowance(nominal_hz * rung.required, rung.halved) if required else Allowance(nominal_hz * rung.others)
+
+
+def others_may_give(load: Load, ladder: Ladder = LADDER) -> bool:
+    """Whether the next step takes from the other cameras alone: only then do their own late pictures count."""
+    here, lower = ladder[load.level], ladder[min(load.level + 1, len(ladder) - 1)]
+    return lower.others < here.others and lower[1:] == here[1:]
 
 
 def is_late(pictures: int, late: int, skipped: int) -> bool:

@@ -22,6 +22,7 @@ from wire.load import count_helper
 from wire.messages.base import decoder, encode
 from wire.messages.sensing import WorldState
 from wire.messages.vehicle import CameraCalibration
+from wire.pace import raise_priority
 from wire.process import stand_back
 
 BEHIND_THE_FIRST = 3  # niceness of the cameras that are not required: the one that is driven by is drawn first
@@ -50,9 +51,12 @@ class Painter:
 
 @contextmanager
 def painters(
-    cameras: tuple[CameraCalibration, ...], make: Callable[[CameraCalibration], Renderer]
+    cameras: tuple[CameraCalibration, ...], make: Callable[[CameraCalibration], Renderer], fifo_priority: int = 0
 ) -> Iterator[Mapping[str, Painter]]:
-    """Running painters by camera. To be entered while the process has one thread; leaving ends them."""
+    """Running painters by camera. To be entered while the process has one thread; leaving ends them.
+
+    fifo_priority  SCHED_FIFO of the required cameras' painters, where the system allows it; their rate bounds what they take
+    """
     context = multiprocessing.get_context("fork")
     renderers = [[make(each) for each in _sizes(calibration)] for calibration in cameras]
     gc.collect()
@@ -63,7 +67,7 @@ def painters(
     for calibration, drawers, (ours, theirs) in zip(cameras, renderers, pipes, strict=True):
         planes = [_shared_planes(each) for each in _sizes(calibration)]
         others = [end for pair in pipes for end in pair if end is not theirs]
-        asked = (drawers, theirs, planes, others, 0 if calibration.required else BEHIND_THE_FIRST)
+        asked = (drawers, theirs, planes, others, fifo_priority if calibration.required else None)
         processes.append(context.Process(target=_paint, args=asked, name=f"painter-{calibration.name}", daemon=True))
         made[calibration.name] = Painter(calibration.name, ours, planes)
     for process in processes:
@@ -94,13 +98,18 @@ def _shared_planes(calibration: CameraCalibration) -> Bytes:
     return planes_of(size, mmap.mmap(-1, size[0] * size[1] * 3 // 2))
 
 
-def _paint(renderers: list[Renderer], pipe: Connection, sizes: list[Bytes], others: list[Connection], niceness: int) -> None:
-    """The life of a painter."""
+def _paint(
+    renderers: list[Renderer], pipe: Connection, sizes: list[Bytes], others: list[Connection], fifo_priority: int | None
+) -> None:
+    """The life of a painter. Without a priority it stands back."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # sent to the whole group: the pipe tells when to end
     for end in others:
         end.close()
-    stand_back(niceness)
+    if fifo_priority is None:
+        stand_back(BEHIND_THE_FIRST)
+    else:
+        raise_priority(fifo_priority)
     states = decoder(WorldState)
     while True:
         try:

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
-from vehicle_gateway.video.load import ALONE, LADDER, ControlLoops, Load, after_a_second, allowance, hear
+from vehicle_gateway.video.load import ALONE, LADDER, ControlLoops, Load, after_a_second, allowance, hear, others_may_give
 from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
@@ -109,7 +109,8 @@ class VideoSender:
 
     def _give_way(self, now_ns: int) -> None:
         """Once a second: fewer pictures when the machine cannot keep up, more again when it can."""
-        late = [loop.calibration.required and loop.was_late(now_ns) for loop in self._loops]
+        others = others_may_give(self._load, self._ladder)
+        late = [loop.was_late(now_ns) and (others or loop.calibration.required) for loop in self._loops]
         pressed = any(late) or self._wishes.control_was_late()
         before, self._load = self._load, after_a_second(self._load, pressed, self._ladder)
         if self._load.level != before.level:

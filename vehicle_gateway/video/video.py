@@ -21,7 +21,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
-from wire.link_threads import for_pictures, threads_with
+from wire.link_threads import beneath, for_pictures, threads_with
 from wire.logs import fields
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.pace import share_interpreter
@@ -43,12 +43,12 @@ def run(config: Path, stop: threading.Event) -> int:
     choices = choose_sources(gateway.video, vehicle)
     share_interpreter()
     cv2.setNumThreads(1)  # one thread per camera is parallel enough
-    servers = ways(wire.ice)
+    servers, fifo = ways(wire.ice), for_pictures(wire.pace.fifo_priority)
     clock = Clock()
     drawn = tuple(camera for camera in vehicle.cameras if choices[camera.name].kind == "simulated")
     with (
-        painters(drawn, _renderers(gateway.simulation.scenario, vehicle)) as drawing,  # before the link has threads
-        threads_with(for_pictures(wire.pace.fifo_priority)),
+        painters(drawn, _renderers(gateway.simulation.scenario, vehicle), beneath(fifo)) as drawing,  # before the link has threads
+        threads_with(fifo),
         open_link(wire.link, Role.VIDEO, clock, stop) as link,
     ):
         sources = open_sources(choices, vehicle, clock, link, drawing)
