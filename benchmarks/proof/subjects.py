@@ -24,7 +24,7 @@ SUBJECTS = (
     _gateway("can/e2e", "can_e2e", "can_e2e_both_ways"),
     _gateway("can/layout", "can_layout", "can_codec", "can_cyclic"),
     _gateway("can/codec", "can_codec", "can_cyclic", "can_transmit"),
-    _gateway("can/actuator_codec", "can_codec", "ecu"),
+    _gateway("can/actuator_codec", "can_codec", "can_plant", "ecu"),
     _gateway("can/ecu_codec", "can_codec", "ecu"),
     _gateway("can/health_codec", "health_codec"),
     _gateway("can/toyota_codec", "toyota_codec"),
