@@ -1,17 +1,19 @@
 """The shell of the stack: newest messages in, one cycle of `autonomy.stack` every 10 ms, messages out."""
 
+import logging
 import threading
 from pathlib import Path
 from typing import Any
 
 from autonomy.car_shape import car_shape
+from autonomy.compile import warm_up
 from autonomy.inputs import Inputs
 from autonomy.replay import record
 from autonomy.settings import AutonomySettings
 from autonomy.stack import Outputs, step
-from autonomy.state import Setup, StackState
+from autonomy.state import Setup, StackState, setup_of
 from wire.clock import Clock
-from wire.configuration import read_sections
+from wire.configuration import ConfigurationError, read_sections
 from wire.latest import Latest
 from wire.link import Link, open_link
 from wire.link_threads import beneath
@@ -22,6 +24,7 @@ from wire.scenario import find_map, read_map
 from wire.settings import WireSettings
 from wire.topics import PROGRAMS, Role
 
+log = logging.getLogger(__name__)
 PERIOD_S = 0.01
 SLOWLY_CYCLES = 100  # map and health once a second
 
@@ -46,12 +49,17 @@ def setup_from(config: Path) -> tuple[Setup, WireSettings]:
     sections = read_sections(config, rooms)
     settings: AutonomySettings = sections["autonomy"]
     road = Road(read_map(find_map(settings.map, config)))
-    return Setup(road=road, shape=car_shape(sections["vehicle"]), settings=settings), sections["wire"]
+    try:
+        return setup_of(road, car_shape(sections["vehicle"]), settings), sections["wire"]
+    except ValueError as error:
+        raise ConfigurationError(f"{config}: [vehicle] and [autonomy.tracker]: {error}") from None
 
 
 def run(config: Path, stop: threading.Event) -> int:
     """Drive until `stop` is set. Exit code. Raises ConfigurationError, LinkError, Stopped."""
     setup, wire = setup_from(config)
+    if setup.among_people is not None:
+        warm_up(log.info)  # reads what was compiled at set-up; no cycle may wait for a compiler
     clock = Clock()
     fifo = wire.pace.fifo_priority
     with open_link(wire.link, Role.AUTONOMY, clock, stop, fifo_priority=beneath(fifo)) as link:

@@ -6,17 +6,22 @@ integrator and tells honestly whether it could take over. It reads neither scena
 
 from dataclasses import dataclass, replace
 
-from autonomy.control.speed import preview_m, wanted_acceleration
+from autonomy.control.following import follow
+from autonomy.control.mpcc.reference import of_trajectory
+from autonomy.control.mpcc.state import TrackerState
+from autonomy.control.speed import SpeedState, preview_m, wanted_acceleration
 from autonomy.control.steering import toward, wanted_angle_rad
 from autonomy.inputs import Inputs, drives, stale_input
 from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose_at, start
 from autonomy.perception.tracking import TrackList, in_map_frame, update
+from autonomy.planning.among_people import around, capped
 from autonomy.planning.braking_planner import Plan, Situation, plan
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import StopPoint, ceiling
+from autonomy.planning.topology import plan as plan_topology
 from autonomy.replay import Judged, MonitorInputs
 from autonomy.reports import STANDS_M_S, goal_reached, scene_of, status_of
-from autonomy.state import Place, Setup, StackState
+from autonomy.state import AmongPeople, Place, Setup, StackState
 from autonomy.uncertainty import budget
 from autonomy.uncertainty.channels import Level, localization_level, map_level, perception_level, planner_level
 from autonomy.uncertainty.monitor import MonitorState, Trouble, judge
@@ -50,7 +55,7 @@ def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[
         tracks = _perceived(state, estimate, inputs, setup)
         state = replace(state, place=place, tracks=tracks, used=inputs)
         if now_ns >= state.plan_due_ns:
-            state = _planned(state, place, setup)
+            state = _planned(state, place, inputs, setup)
             state, judged = _judged(state, estimate, place, inputs, setup)
             scene = scene_of(state, estimate, place, inputs, setup)
         if state.plan is not None:
@@ -94,7 +99,7 @@ def _perceived(state: StackState, estimate: Estimate, inputs: Inputs, setup: Set
     return update(state.tracks, seen, objects.stamp_ns, settings)
 
 
-def _planned(state: StackState, place: Place, setup: Setup) -> StackState:
+def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> StackState:
     situation = Situation(
         now_ns=state.now_ns,
         road=setup.road,
@@ -105,10 +110,25 @@ def _planned(state: StackState, place: Place, setup: Setup) -> StackState:
         slowing=state.slowing if state.driving else None,
     )
     made = plan(situation, state.plan, setup.settings.planning)
-    waits = made.blocked is not None and made.blocked.kind == "person" and abs(place.pose.speed_m_s) < STANDS_M_S
+    state = _among_people(state, situation, made, place, inputs, setup)
+    stands = abs(place.pose.speed_m_s) < STANDS_M_S
+    waits = stands and (state.no_way or (made.blocked is not None and made.blocked.kind == "person"))
     since = (state.waiting_since_ns or state.now_ns) if waits and state.driving else None
     due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
-    return replace(state, plan=made, plan_due_ns=due, waiting_since_ns=since)
+    return replace(state, plan_due_ns=due, waiting_since_ns=since)
+
+
+def _among_people(state: StackState, situation: Situation, made: Plan, place: Place, inputs: Inputs, setup: Setup) -> StackState:
+    """How people are passed; `made` says how fast at most."""
+    if setup.among_people is None:
+        return replace(state, plan=made)
+    angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
+    asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning)
+    topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology)
+    way = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
+    if not decision.braking:
+        made = replace(made, points=tuple((float(x), float(y)) for x, y in way.states[:, :2]))
+    return replace(state, plan=made, topology=topology, no_way=decision.braking, reference=of_trajectory(way))
 
 
 def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Judged | None]:
@@ -168,6 +188,8 @@ def _slowing_point(state: StackState, monitor: MonitorState, slowing: budget.Slo
 def _controlled(
     state: StackState, made: Plan, place: Place, inputs: Inputs, dt_s: float, setup: Setup
 ) -> tuple[StackState, AutonomyCommand]:
+    if setup.among_people is not None and state.driving:
+        return _followed(state, place, inputs, setup.among_people)
     settings, speed = setup.settings, place.pose.speed_m_s
     station = place.at.station_m + preview_m(state.speed, speed, settings.speed)
     bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, made.stops, made.caps)
@@ -181,7 +203,18 @@ def _controlled(
     command = AutonomyCommand(
         stamp_ns=state.now_ns, sequence=state.sequence, road_wheel_angle_rad=angle, acceleration_m_s2=memory.acceleration_m_s2
     )
-    return replace(state, angle_rad=angle, speed=memory), command
+    return replace(state, angle_rad=angle, speed=memory, tracker=TrackerState()), command
+
+
+def _followed(state: StackState, place: Place, inputs: Inputs, among: AmongPeople) -> tuple[StackState, AutonomyCommand]:
+    tracker, told = follow(state.tracker, place.pose, inputs, state.reference, state.now_ns, among.tracker)
+    command = AutonomyCommand(
+        stamp_ns=state.now_ns,
+        sequence=state.sequence,
+        road_wheel_angle_rad=told.road_wheel_angle_rad,
+        acceleration_m_s2=told.acceleration_m_s2,
+    )
+    return replace(state, tracker=tracker, angle_rad=told.road_wheel_angle_rad, speed=SpeedState()), command
 
 
 def _reported(state: StackState, inputs: Inputs, setup: Setup) -> tuple[StackState, AutonomyStatus | None]:

@@ -1,18 +1,32 @@
 """What the stack remembers from cycle to cycle, and what it drives with. Plain data."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from autonomy.car_shape import CarShape
+from autonomy.control.mpcc.reference import Reference
+from autonomy.control.mpcc.state import Setup as TrackerSetup
+from autonomy.control.mpcc.state import TrackerState, set_up
 from autonomy.control.speed import SpeedState
 from autonomy.inputs import Inputs
 from autonomy.localization.ekf import Estimate, Pose
 from autonomy.perception.tracking import TrackList
+from autonomy.planning.among_people import lane_of
 from autonomy.planning.braking_planner import Plan
+from autonomy.planning.reference_path import ReferencePath
 from autonomy.planning.speed_limits import StopPoint
+from autonomy.planning.topology import TopologyState
 from autonomy.settings import AutonomySettings
 from autonomy.uncertainty.monitor import MonitorState
 from wire.messages.automation import AutonomyStatus
 from wire.road import Road, RoadPoint
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AmongPeople:
+    """What the topology planner and the tracker behind it need besides."""
+
+    lane: ReferencePath
+    tracker: TrackerSetup
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,6 +36,15 @@ class Setup:
     road: Road
     shape: CarShape
     settings: AutonomySettings
+    among_people: AmongPeople | None = None  # None: the braking planner alone
+
+
+def setup_of(road: Road, shape: CarShape, settings: AutonomySettings) -> Setup:
+    """Raises ValueError for a car that the tracker's model cannot follow."""
+    among = None
+    if settings.planner == "topology":
+        among = AmongPeople(lane=lane_of(road), tracker=set_up(settings.tracker, shape))
+    return Setup(road=road, shape=shape, settings=settings, among_people=among)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +65,10 @@ class StackState:
     tracks: TrackList = TrackList()
     plan: Plan | None = None
     plan_due_ns: int = 0
+    topology: TopologyState = field(default_factory=TopologyState)
+    no_way: bool = False  # no planner among people found anything in the last plan
+    reference: Reference | None = None  # what the tracker follows; None: nothing, it brakes
+    tracker: TrackerState = TrackerState()
     monitor: MonitorState = MonitorState()
     looks: int = 0  # of the monitor, since start
     slowing: StopPoint | None = None  # of the open request

@@ -11,6 +11,7 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 
 from autonomy.car_shape import CarShape
 from autonomy.planning.guidance.planner import guide
@@ -30,6 +31,7 @@ from wire.messages.base import Message
 
 UNGUIDED = -1  # in place of a class
 BRAKING = -2
+SLOWEST_M_S, FASTEST_M_S = 0.5, 14.0  # that guidances are sought for
 
 
 class TopologySettings(Message):
@@ -88,7 +90,8 @@ def plan(
     """elapsed_s: since the last plan."""
     memory, guidances = state.guidance, Guidances()
     if settings.guided and around.predictions is not None:
-        memory, guidances = guide(memory, around.car, around.path, around.predictions, settings.guidance, elapsed_s)
+        guided = _guidance_settings(around, shape, settings.guidance)
+        memory, guidances = guide(memory, around.car, around.path, around.predictions, guided, elapsed_s)
     ways = () if guidances.left_out else guidances.ways  # they do not know of everybody
     starts = _starts(ways, state, around, shape, settings, elapsed_s)
     candidates = [_guided(way, start, around, shape, settings) for way, start in zip(ways, starts, strict=True)]
@@ -99,6 +102,16 @@ def plan(
         guidance=memory, taken=chosen, found={each.identity: each.trajectory for each in (*candidates, chosen) if each.feasible}
     )
     return after, Decision(chosen=chosen, candidates=tuple(candidates), guidances=guidances)
+
+
+def _guidance_settings(around: Around, shape: CarShape, settings: GuidanceSettings) -> GuidanceSettings:
+    """This car's disc, and the speed asked for now."""
+    return replace(
+        settings,
+        speed_m_s=min(max(around.speed_m_s, SLOWEST_M_S), FASTEST_M_S),
+        ahead_m=(shape.front_m - shape.rear_m) / 2.0,
+        half_width_m=shape.half_width_m,
+    )
 
 
 def _starts(

@@ -55,15 +55,13 @@ def ramp(value: float, start: float, end: float) -> float:
 
 
 def planner_level(plan: Plan, shape: CarShape, relevant_m: float, waited_s: float, settings: ChannelSettings) -> Level:
-    """relevant_m: from the bumper. waited_s: how long the car has stood for a person."""
+    """relevant_m: from the bumper. waited_s: how long the car has stood for a person, or without a way."""
     blocked = plan.blocked
-    if blocked is None:
-        return Level("planner", 0.0, "")
-    ahead = max(blocked.station_m - plan.station_m - shape.front_m, 0.0)
-    if blocked.kind == "person":
+    if blocked is None or blocked.kind == "person":
         level = ramp(waited_s, settings.person_patience_s, settings.person_patience_s + settings.person_ramp_s)
-        text = f"A person has been standing in the lane for {waited_s:.0f} s"
-        return Level("planner", level, text if level > 0 else "")
+        what = "No way among the people has been found" if blocked is None else "A person has been standing in the lane"
+        return Level("planner", level, f"{what} for {waited_s:.0f} s" if level > 0 else "")
+    ahead = max(blocked.station_m - plan.station_m - shape.front_m, 0.0)
     group = [thing for thing in plan.in_lane if thing.track.number in blocked.numbers]
     level = _any_is_real([thing.track.probability * _ripe(thing, settings) for thing in group])
     text = f"The lane is closed {ahead:.0f} m ahead: {_count(len(group))}; the oncoming lane is not allowed"
