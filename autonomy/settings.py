@@ -31,9 +31,9 @@ class InputAges(Message):
 
 ACCELERATION_M_S2 = 1.2  # as the braking planner's
 STEERING_RATE_RAD_S = SteeringSettings().rate_max_rad_s  # what the gate lets pass
-# Weights: the tuned ones of Table I (benchmarks/crossings/methods.py)
+# Weights: the tuned ones of Table I (benchmarks/crossings/methods.py); contour: so that it keeps to the middle in a bend
 LOCAL = MpcSettings(
-    weights=Weights(acceleration=4.0, speed=4.0),
+    weights=Weights(contour=1.0, acceleration=4.0, speed=4.0),
     acceleration_max_m_s2=ACCELERATION_M_S2,
     deceleration_max_m_s2=PlanningSettings().firm_m_s2,
     steering_rate_max_rad_s=STEERING_RATE_RAD_S,

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 from autonomy.control.following import follow
 from autonomy.control.mpcc.reference import of_trajectory
 from autonomy.control.mpcc.state import TrackerState
-from autonomy.control.speed import SpeedState, preview_m, wanted_acceleration
+from autonomy.control.speed import preview_m, wanted_acceleration
 from autonomy.control.steering import toward, wanted_angle_rad
 from autonomy.inputs import Inputs, drives, stale_input
 from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose_at, start
 from autonomy.perception.tracking import TrackList, in_map_frame, update
-from autonomy.planning.among_people import around, capped
+from autonomy.planning.among_people import around, capped, counting
 from autonomy.planning.braking_planner import Plan, Situation, plan
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import StopPoint, ceiling
@@ -188,12 +188,14 @@ def _slowing_point(state: StackState, monitor: MonitorState, slowing: budget.Slo
 def _controlled(
     state: StackState, made: Plan, place: Place, inputs: Inputs, dt_s: float, setup: Setup
 ) -> tuple[StackState, AutonomyCommand]:
-    if setup.among_people is not None and state.driving:
-        return _followed(state, place, inputs, setup.among_people)
     settings, speed = setup.settings, place.pose.speed_m_s
     station = place.at.station_m + preview_m(state.speed, speed, settings.speed)
-    bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, made.stops, made.caps)
+    stops = made.stops if setup.among_people is None else counting(made, settings.planning)
+    bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, stops, made.caps)
     memory = wanted_acceleration(state.speed, speed, bound, state.driving, dt_s, settings.speed)
+    state = replace(state, speed=memory)
+    if setup.among_people is not None and state.driving:
+        return _followed(state, place, inputs, setup.among_people)
     wanted = wanted_angle_rad(
         place.at, place.pose.heading_rad, speed, setup.road, own_lane(setup.road), made.shift, setup.shape, settings.steering
     )
@@ -203,18 +205,19 @@ def _controlled(
     command = AutonomyCommand(
         stamp_ns=state.now_ns, sequence=state.sequence, road_wheel_angle_rad=angle, acceleration_m_s2=memory.acceleration_m_s2
     )
-    return replace(state, angle_rad=angle, speed=memory, tracker=TrackerState()), command
+    return replace(state, angle_rad=angle, tracker=TrackerState()), command
 
 
 def _followed(state: StackState, place: Place, inputs: Inputs, among: AmongPeople) -> tuple[StackState, AutonomyCommand]:
+    """The tracker's command, braking no less than the ceiling wants."""
     tracker, told = follow(state.tracker, place.pose, inputs, state.reference, state.now_ns, among.tracker)
     command = AutonomyCommand(
         stamp_ns=state.now_ns,
         sequence=state.sequence,
         road_wheel_angle_rad=told.road_wheel_angle_rad,
-        acceleration_m_s2=told.acceleration_m_s2,
+        acceleration_m_s2=min(told.acceleration_m_s2, state.speed.acceleration_m_s2),
     )
-    return replace(state, tracker=tracker, angle_rad=told.road_wheel_angle_rad, speed=SpeedState()), command
+    return replace(state, tracker=tracker, angle_rad=told.road_wheel_angle_rad), command
 
 
 def _reported(state: StackState, inputs: Inputs, setup: Setup) -> tuple[StackState, AutonomyStatus | None]:

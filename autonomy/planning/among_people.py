@@ -1,7 +1,7 @@
 """The topology planner on the car's own lane: what it is asked about, and what its answer means for control. Pure.
 
-It decides where in the lane, and when, people are passed. What stands for good is the braking planner's: the goal, a closed lane,
-bends, an open take-over request. Its ceiling caps the planned speeds place by place, so that nothing the one knows is lost on the
+It decides where in the lane, and when, people are passed. What stands is the braking planner's: the goal, a closed lane, whoever
+stands in the way, bends, an open take-over request. Its ceiling caps the planned speeds place by place, so that nothing the one knows is lost on the
 other; its stops for people count only where they have become firm. The oncoming lane is no road here.
 
 Beyond the 4 s that tracks are predicted for, people go on as they went, to the horizon's end: whoever is not predicted there
@@ -23,7 +23,7 @@ from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation
 from autonomy.planning.horizon import HORIZON_S, STEP_S, STEPS, CarState, Floats, Predictions, Trajectory
 from autonomy.planning.reference_path import ReferencePath, lane_path
 from autonomy.planning.route import own_lane
-from autonomy.planning.speed_limits import ceiling
+from autonomy.planning.speed_limits import StopPoint, ceiling
 from autonomy.planning.topology import Around
 from wire.road import Road
 
@@ -70,25 +70,41 @@ def car_on(path: ReferencePath, pose: Pose, angle_rad: float) -> CarState:
 
 
 def with_room_for(car: CarState, shape: CarShape, path: ReferencePath) -> ReferencePath:
-    """The path with room for a car that stands askew or partly beside its lane: as much as it needs now, less and less ahead.
+    """The path with room for a car that stands partly beside its lane: as much as it needs now, less and less ahead.
 
     A planner that may not be where it is finds no way, and the car would stand there for good. Nor can it turn on the spot:
-    what its body needs when it goes on as it points for TURN_M counts as well.
+    what its body needs when it goes on as it points for TURN_M counts as well. A car that is all in its lane gets nothing: it
+    would gain a little each time it points outwards.
     """
-    left, right = 0.0, 0.0
-    for ahead in (-shape.rear_m, shape.front_m, shape.front_m + TURN_M):
-        at_x, at_y, heading = path.at(car.station_m + ahead)
-        for aside in (-shape.half_width_m, shape.half_width_m):
-            x = car.x_m + ahead * cos(car.heading_rad) - aside * sin(car.heading_rad) - at_x
-            y = car.y_m + ahead * sin(car.heading_rad) + aside * cos(car.heading_rad) - at_y
-            offset = y * cos(heading) - x * sin(heading)
-            left, right = max(left, offset), max(right, -offset)
+    bodies = (-shape.rear_m, shape.front_m)
+    if _is_in(path, car, shape, bodies):
+        return path
+    left, right = _needed(path, car, shape, (*bodies, shape.front_m + TURN_M))
     ahead_m = path.knots_m - (car.station_m + shape.front_m)
     share = np.clip(1.0 - ahead_m / BACK_M, 0.0, 1.0)
     needs_left, needs_right = (
         np.maximum(needed + SPARE_M - room, 0.0) for needed, room in ((left, path.room_left_m), (right, path.room_right_m))
     )
     return replace(path, room_left_m=path.room_left_m + share * needs_left, room_right_m=path.room_right_m + share * needs_right)
+
+
+def _is_in(path: ReferencePath, car: CarState, shape: CarShape, ahead_m: Sequence[float]) -> bool:
+    left, right = _needed(path, car, shape, ahead_m)
+    here = np.searchsorted(path.knots_m, car.station_m).clip(0, len(path.knots_m) - 1)
+    return bool(left <= path.room_left_m[here] and right <= path.room_right_m[here])
+
+
+def _needed(path: ReferencePath, car: CarState, shape: CarShape, ahead_m: Sequence[float]) -> tuple[float, float]:
+    """How far the car's sides, so far ahead of its rear axle, reach to the left and the right of the path."""
+    left, right = 0.0, 0.0
+    for ahead in ahead_m:
+        at_x, at_y, heading = path.at(car.station_m + ahead)
+        for aside in (-shape.half_width_m, shape.half_width_m):
+            x = car.x_m + ahead * cos(car.heading_rad) - aside * sin(car.heading_rad) - at_x
+            y = car.y_m + ahead * sin(car.heading_rad) + aside * cos(car.heading_rad) - at_y
+            offset = y * cos(heading) - x * sin(heading)
+            left, right = max(left, offset), max(right, -offset)
+    return left, right
 
 
 def predicted(made: Plan, situation: Situation) -> Predictions:
@@ -123,6 +139,8 @@ def _relevant(made: Plan, situation: Situation) -> Iterator[OnRoad]:
     reach = situation.station_m + shape.front_m + road.map.speed_limit_m_s * HORIZON_S
     closed = min((stop.station_m + shape.front_m for stop in made.stops if stop.cause == "static"), default=inf)
     for track in situation.tracks:
+        if track.static and track.number in made.waited_for:
+            continue  # there is a stop for them
         thing = on_road(track, road, situation.station_m)
         later = 0.0 if track.static else HORIZON_S
         low, high = sorted((thing.offset_m, thing.offset_m + later * thing.offset_rate_m_s))
@@ -133,9 +151,14 @@ def _relevant(made: Plan, situation: Situation) -> Iterator[OnRoad]:
             yield thing
 
 
+def counting(made: Plan, settings: PlanningSettings) -> list[StopPoint]:
+    """The stops that hold whatever way is taken: for what stands, and for people whom only firm braking still avoids."""
+    return [stop for stop in made.stops if stop.cause != "person" or stop.deceleration_m_s2 > settings.moderate_m_s2]
+
+
 def ceiling_of(made: Plan, road: Road, settings: PlanningSettings) -> Callable[[float], float]:
     """Speed by station: what stands allows, and people whom only firm braking still avoids."""
-    stops = [stop for stop in made.stops if stop.cause != "person" or stop.deceleration_m_s2 > settings.moderate_m_s2]
+    stops = counting(made, settings)
     limit, comfort = road.map.speed_limit_m_s, settings.comfort_m_s2
     return lambda station_m: ceiling(station_m, limit, comfort, stops, made.caps).speed_m_s
 

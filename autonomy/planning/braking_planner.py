@@ -161,7 +161,8 @@ def _person_stops(
         return ()  # braking now would stop the car in the person's way
     if previous is None or thing.track.number not in previous.waited_for:
         deceleration = min(deceleration, settings.moderate_m_s2)  # one plan's breath of noise is no emergency
-    return (StopPoint(situation.station_m + distance, deceleration, "person"),)
+    cause = "standing" if thing.track.static else "person"
+    return (StopPoint(situation.station_m + distance, deceleration, cause),)
 
 
 def _clears(tight: Occupancy | None, situation: Situation) -> bool:

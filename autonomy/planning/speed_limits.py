@@ -20,7 +20,7 @@ class StopPoint:
 
     station_m: float
     deceleration_m_s2: float  # positive
-    cause: str  # goal, static, person, takeover
+    cause: str  # goal, static, standing (a person), person, takeover
 
 
 @dataclass(frozen=True, slots=True)
