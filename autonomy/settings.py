@@ -46,9 +46,13 @@ class AutonomySettings(Message):
     localization: LocalizationSettings = LocalizationSettings()
     tracking: TrackingSettings = TrackingSettings()
     planning: PlanningSettings = PlanningSettings()
-    planner: Literal["braking", "topology"] = "braking"  # who decides how people are passed; what stands is the braking planner's
+    planner: Literal["braking", "topology"] = "topology"  # who decides how people are passed; what stands is the braking planner's
     topology: TopologySettings = TopologySettings(local=LOCAL, learned_guess=False)  # learned at walking pace
-    tracker: MpccSettings = MpccSettings(acceleration_max_m_s2=ACCELERATION_M_S2, steering_rate_max_rad_s=STEERING_RATE_RAD_S)
+    tracker: MpccSettings = MpccSettings(
+        acceleration_max_m_s2=ACCELERATION_M_S2,
+        steering_rate_max_rad_s=STEERING_RATE_RAD_S,
+        lateral_jerk_max_m_s3=5.0,  # what the gate lets pass, ISO 11270
+    )
     steering: SteeringSettings = SteeringSettings()
     speed: SpeedSettings = SpeedSettings()
     channels: ChannelSettings = ChannelSettings()

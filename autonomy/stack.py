@@ -123,7 +123,9 @@ def _among_people(state: StackState, situation: Situation, made: Plan, place: Pl
     if setup.among_people is None:
         return replace(state, plan=made)
     angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
-    asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning)
+    taken = state.topology.taken
+    before = taken.trajectory if taken is not None and state.driving else None
+    asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before)
     topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology)
     way = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
     if not decision.braking:

@@ -11,7 +11,7 @@ with what somebody might decide in seven seconds, or it would never go.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from math import cos, inf, sin
+from math import cos, hypot, inf, sin
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from autonomy.localization.ekf import Pose
 from autonomy.perception.prediction import OnRoad, on_road
 from autonomy.perception.tracking import Track
 from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation
-from autonomy.planning.horizon import HORIZON_S, STEP_S, STEPS, CarState, Floats, Predictions, Trajectory
+from autonomy.planning.horizon import HORIZON_S, PLAN_PERIOD_S, STEP_S, STEPS, CarState, Floats, Predictions, Trajectory
 from autonomy.planning.reference_path import ReferencePath, lane_path
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import StopPoint, ceiling
@@ -32,6 +32,7 @@ SPREAD_M = 0.3  # source: see above
 NEAR_LANE_M = 1.0  # who comes no nearer to the lane within the horizon is left out
 BACK_M, SPARE_M = 15.0, 0.05  # a car beside its lane is back in it after so much; and has so much more room than it needs
 TURN_M = 4.0
+NEAR_M, NEAR_RAD, NEAR_M_S = 0.15, 0.05, 0.3  # of where the last plan expected the car: three deviations of what is measured
 PASSED_M = 3.0  # behind the rear bumper
 PEOPLE_MAX = 24  # the nearest; the work grows with them
 
@@ -43,13 +44,36 @@ def lane_of(road: Road) -> ReferencePath:
 
 
 def around(
-    made: Plan, situation: Situation, pose: Pose, angle_rad: float, path: ReferencePath, settings: PlanningSettings
+    made: Plan,
+    situation: Situation,
+    pose: Pose,
+    angle_rad: float,
+    path: ReferencePath,
+    settings: PlanningSettings,
+    before: Trajectory | None = None,
 ) -> Around:
-    """What the topology planner is asked for the plan that the braking planner `made`."""
+    """What the topology planner is asked for the plan that the braking planner `made`.
+
+    before  what was taken a plan's period ago: a car that is about where that says is taken to be there. Else the noise of every
+            measurement would be a new way, and the wheels would follow it.
+    """
     wanted = ceiling_of(made, situation.road, settings)(situation.station_m)
-    car = car_on(path, pose, angle_rad)
+    car = car_on(path, *_expected(before, pose, angle_rad))
     room = with_room_for(car, situation.shape, path)
     return Around(car=car, path=room, predictions=predicted(made, situation), speed_m_s=wanted)
+
+
+def _expected(before: Trajectory | None, pose: Pose, angle_rad: float) -> tuple[Pose, float]:
+    """Pose and road wheel angle by the last plan; as measured where they are not near."""
+    if before is None or not before.feasible:
+        return pose, angle_rad
+    share = PLAN_PERIOD_S / STEP_S
+    x, y, heading, speed, angle, _ = (float(value) for value in (1.0 - share) * before.states[0] + share * before.states[1])
+    away_m = hypot(x - pose.x_m, y - pose.y_m)
+    near = away_m < NEAR_M and abs(heading - pose.heading_rad) < NEAR_RAD and abs(speed - pose.speed_m_s) < NEAR_M_S
+    if not near:
+        return pose, angle_rad
+    return replace(pose, x_m=x, y_m=y, heading_rad=heading, speed_m_s=speed), angle
 
 
 def car_on(path: ReferencePath, pose: Pose, angle_rad: float) -> CarState:

@@ -11,7 +11,7 @@ from math import nan
 
 import numpy as np
 
-from autonomy.control.mpcc.cost import Prices, Task
+from autonomy.control.mpcc.cost import Limits, Prices, Task
 from autonomy.control.mpcc.delay import acceleration_by_commands, carried_on, lateral_speed
 from autonomy.control.mpcc.low_level import acceleration, braking, disturbance, standing
 from autonomy.control.mpcc.reference import Reference, foot, wanted_speeds
@@ -19,6 +19,7 @@ from autonomy.control.mpcc.settings import MpccSettings
 from autonomy.control.mpcc.solver import optimise
 from autonomy.control.mpcc.stages import ANGLE, HEADING, JERK, PUSH, RATE, SPEED, STAGE_S, STAGES, STATES, STATION, X, Y
 from autonomy.control.mpcc.state import Measured, Setup, Tracked, TrackerState
+from autonomy.control.steering import toward
 from autonomy.planning.horizon import Floats
 from autonomy.planning.mpc.line import piece_of, spot
 
@@ -55,11 +56,12 @@ def track(
     if start[SPEED] < setup.settings.stand_m_s and wanted.max() < setup.settings.stand_m_s:
         return _stood(state, measured, now_ns, dt_s, setup)
     speed = float(start[SPEED])
-    task = Task(reference.line, wanted, setup.car, setup.limits, _prices_at(speed, setup.prices))
+    limits = _limits_at(speed, setup)
+    task = Task(reference.line, wanted, setup.car, limits, _prices_at(speed, setup.prices))
     solved, z = optimise(start, _guess(state, speed, dt_s), task, setup.settings.iterations_max)
     if not (np.isfinite(solved.cost) and np.isfinite(z).all()):
         return _braked(state, measured, "no numbers came out", now_ns, dt_s, setup)
-    tracked = _commanded(z, away, float(wanted[0]), solved.iterations, state.disturbance_m_s2, dt_s, setup)
+    tracked = _commanded(z, away, float(wanted[0]), solved.iterations, state, limits, dt_s, setup)
     return _sent(replace(state, inputs=z[:STAGES, STATES:].copy()), tracked, now_ns), tracked
 
 
@@ -106,6 +108,12 @@ def _prices_at(speed_m_s: float, prices: Prices) -> Prices:
     return prices._replace(rate=prices.rate * max(share * share, LEAST_PRICE))
 
 
+def _limits_at(speed_m_s: float, setup: Setup) -> Limits:
+    """Lateral acceleration is curvature times speed squared: the wheels turn no faster than its jerk allows, at small angles."""
+    allowed = setup.settings.lateral_jerk_max_m_s3 * setup.car.wheelbase / max(speed_m_s, 1.0) ** 2
+    return setup.limits._replace(rate=min(setup.limits.rate, allowed))
+
+
 def _guess(state: TrackerState, speed_m_s: float, dt_s: float) -> Floats:
     """The last solution's inputs, as much later as a cycle takes; without one, on as it goes."""
     if state.inputs is None:
@@ -116,17 +124,19 @@ def _guess(state: TrackerState, speed_m_s: float, dt_s: float) -> Floats:
 
 
 def _commanded(
-    z: Floats, away_m: float, wanted_m_s: float, iterations: int, disturbance_m_s2: float, dt_s: float, setup: Setup
+    z: Floats, away_m: float, wanted_m_s: float, iterations: int, state: TrackerState, limits: Limits, dt_s: float, setup: Setup
 ) -> Tracked:
-    """Steering: the actuator's lag undone, for the middle of the cycle that the command lasts."""
-    first, car, limit = z[0], setup.car, setup.limits.angle
+    """Steering: the actuator's lag undone, for the middle of the cycle that the command lasts; as fast as the limits let it."""
+    first, car = z[0], setup.car
     angle = first[ANGLE] + first[RATE] * (car.steering_lag + dt_s / 2.0)
+    if state.angle_rad is not None:
+        angle = toward(state.angle_rad, angle, limits.rate * dt_s)
     return Tracked(
-        road_wheel_angle_rad=float(min(max(angle, -limit), limit)),
+        road_wheel_angle_rad=float(min(max(angle, -limits.angle), limits.angle)),
         road_wheel_rate_rad_s=float(first[RATE]),
         force_n=float(first[PUSH]) * setup.settings.car.mass_kg,
         acceleration_m_s2=acceleration(
-            float(first[PUSH]), float(first[JERK]), float(first[SPEED]), disturbance_m_s2, car, setup.settings
+            float(first[PUSH]), float(first[JERK]), float(first[SPEED]), state.disturbance_m_s2, car, setup.settings
         ),
         station_m=float(first[STATION]),
         contour_m=away_m,
