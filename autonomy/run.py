@@ -8,6 +8,8 @@ from typing import Any
 from autonomy.car_shape import car_shape
 from autonomy.compile import warm_up
 from autonomy.inputs import Inputs
+from autonomy.planner_view.colours import Given
+from autonomy.planner_view.message import next_view
 from autonomy.replay import record
 from autonomy.settings import AutonomySettings
 from autonomy.stack import Outputs, step
@@ -64,10 +66,14 @@ def run(config: Path, stop: threading.Event) -> int:
     fifo = wire.pace.fifo_priority
     with open_link(wire.link, Role.AUTONOMY, clock, stop, fifo_priority=beneath(fifo)) as link:
         newest, state = Newest(link), StackState()
+        given: Given = {}  # colours of the ways
         with Pace(PERIOD_S, clock, stop, fifo_priority=fifo) as pace:
             for now_ns in pace:
                 state, outputs = step(state, newest.inputs(), now_ns, setup)
                 _publish(link, outputs, setup)
+                if outputs.decision is not None:
+                    given, view = next_view(given, outputs.decision, now_ns)
+                    link.publish("planner_view", view)
                 if state.sequence % SLOWLY_CYCLES == 1:
                     link.publish("road_map", setup.road.map)
                     link.publish("car_health", pace.health(PROGRAMS[Role.AUTONOMY], "drive", link.dropped))

@@ -18,6 +18,7 @@ from autonomy.planning.among_people import around, capped, counting
 from autonomy.planning.braking_planner import Plan, Situation, plan
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import StopPoint, ceiling
+from autonomy.planning.topology import Decision
 from autonomy.planning.topology import plan as plan_topology
 from autonomy.replay import Judged, MonitorInputs
 from autonomy.reports import STANDS_M_S, goal_reached, scene_of, status_of
@@ -40,6 +41,7 @@ class Outputs:
     status: AutonomyStatus | None = None
     scene: Scene | None = None
     judged: Judged | None = None  # the monitor's step, for the recording
+    decision: Decision | None = None  # among people, while the automation drives, to look at
 
 
 def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[StackState, Outputs]:
@@ -49,19 +51,19 @@ def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[
     state = replace(
         state, now_ns=now_ns, sequence=state.sequence + 1, estimate=estimate, driving=drives(inputs.gateway, state.driving)
     )
-    command = scene = judged = None
+    command = scene = judged = decision = None
     if estimate is not None:
         place = _place(estimate, state, setup)
         tracks = _perceived(state, estimate, inputs, setup)
         state = replace(state, place=place, tracks=tracks, used=inputs)
         if now_ns >= state.plan_due_ns:
-            state = _planned(state, place, inputs, setup)
+            state, decision = _planned(state, place, inputs, setup)
             state, judged = _judged(state, estimate, place, inputs, setup)
             scene = scene_of(state, estimate, place, inputs, setup)
         if state.plan is not None:
             state, command = _controlled(state, state.plan, place, inputs, dt_s, setup)
     state, status = _reported(replace(state, used=inputs), inputs, setup)
-    return state, Outputs(command=command, status=status, scene=scene, judged=judged)
+    return state, Outputs(command=command, status=status, scene=scene, judged=judged, decision=decision if state.driving else None)
 
 
 def _localized(state: StackState, inputs: Inputs, setup: Setup) -> Estimate | None:
@@ -99,7 +101,7 @@ def _perceived(state: StackState, estimate: Estimate, inputs: Inputs, setup: Set
     return update(state.tracks, seen, objects.stamp_ns, settings)
 
 
-def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> StackState:
+def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Decision | None]:
     situation = Situation(
         now_ns=state.now_ns,
         road=setup.road,
@@ -110,18 +112,20 @@ def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> S
         slowing=state.slowing if state.driving else None,
     )
     made = plan(situation, state.plan, setup.settings.planning)
-    state = _among_people(state, situation, made, place, inputs, setup)
+    state, decision = _among_people(state, situation, made, place, inputs, setup)
     stands = abs(place.pose.speed_m_s) < STANDS_M_S
     waits = stands and (state.no_way or (made.blocked is not None and made.blocked.kind == "person"))
     since = (state.waiting_since_ns or state.now_ns) if waits and state.driving else None
     due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
-    return replace(state, plan_due_ns=due, waiting_since_ns=since)
+    return replace(state, plan_due_ns=due, waiting_since_ns=since), decision
 
 
-def _among_people(state: StackState, situation: Situation, made: Plan, place: Place, inputs: Inputs, setup: Setup) -> StackState:
+def _among_people(
+    state: StackState, situation: Situation, made: Plan, place: Place, inputs: Inputs, setup: Setup
+) -> tuple[StackState, Decision | None]:
     """How people are passed; `made` says how fast at most."""
     if setup.among_people is None:
-        return replace(state, plan=made)
+        return replace(state, plan=made), None
     angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
     taken = state.topology.taken
     before = taken.trajectory if taken is not None and state.driving else None
@@ -130,7 +134,7 @@ def _among_people(state: StackState, situation: Situation, made: Plan, place: Pl
     way = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
     if not decision.braking:
         made = replace(made, points=tuple((float(x), float(y)) for x, y in way.states[:, :2]))
-    return replace(state, plan=made, topology=topology, no_way=decision.braking, reference=of_trajectory(way))
+    return replace(state, plan=made, topology=topology, no_way=decision.braking, reference=of_trajectory(way)), decision
 
 
 def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Judged | None]:

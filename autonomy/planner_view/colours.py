@@ -12,6 +12,7 @@ BLUE, ORANGE, GREEN, PURPLE, SKY = (0, 114, 178), (230, 159, 0), (0, 158, 115), 
 VERMILION, BLACK = (213, 94, 0), (0, 0, 0)
 CLASSES: tuple[Rgb, ...] = (BLUE, ORANGE, GREEN, PURPLE, SKY)  # at most four ways are there at once
 OTHERS: dict[int, Rgb] = {UNGUIDED: (70, 70, 76), BRAKING: VERMILION}
+REMEMBERED = 50  # classes that are gone; a drive has no end of them
 Given = dict[int, int]  # identity of a class, its place in CLASSES; the one shown longest ago first
 
 
@@ -24,7 +25,8 @@ def give(before: Given, shown: Iterable[int]) -> dict[int, int]:
             now[identity] = before[identity]
     for identity in (each for each in there if each not in now):
         now[identity] = _least_used(before, set(now.values()))
-    return {identity: place for identity, place in before.items() if identity not in now} | now
+    gone = [(identity, place) for identity, place in before.items() if identity not in now]
+    return dict(gone[-REMEMBERED:]) | now
 
 
 def _least_used(before: Given, taken: set[int]) -> int:

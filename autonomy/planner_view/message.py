@@ -1,6 +1,6 @@
-"""A decision as the message `planner_view`: what an operator's window draws on the road. Pure; nothing publishes it yet."""
+"""A decision as the message `planner_view`: what an operator's window draws on the road. Pure."""
 
-from autonomy.planner_view.colours import Given
+from autonomy.planner_view.colours import Given, give
 from autonomy.planning.horizon import Floats
 from autonomy.planning.topology import Candidate, Decision
 from wire.messages.automation import PlannedWay, PlannerView, WayPoints
@@ -9,6 +9,12 @@ from wire.messages.automation import PlannedWay, PlannerView, WayPoints
 def planner_view(decision: Decision, given: Given, stamp_ns: int) -> PlannerView:
     told = (*decision.candidates, decision.chosen) if decision.braking else decision.candidates
     return PlannerView(stamp_ns=stamp_ns, ways=tuple(_way(each, each is decision.chosen, given) for each in told))
+
+
+def next_view(before: Given, decision: Decision, stamp_ns: int) -> tuple[Given, PlannerView]:
+    """The view of the next plan of a drive; classes keep the colours that they were `given`."""
+    given = give(before, (each.identity for each in decision.candidates))
+    return given, planner_view(decision, given, stamp_ns)
 
 
 def _way(candidate: Candidate, chosen: bool, given: Given) -> PlannedWay:
