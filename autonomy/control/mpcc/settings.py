@@ -36,9 +36,7 @@ class MpccSettings(Message):
     braking_max_m_s2: Annotated[float, Meta(ge=0.5, le=9.0)] = 6.0
     jerk_max_m_s3: Annotated[float, Meta(ge=0.5, le=200.0)] = 20.0
     steering_rate_max_rad_s: Annotated[float, Meta(ge=0.05, le=3.0)] = 0.45  # at the road wheels; the simulated car's can do 0.5
-    lateral_jerk_max_m_s3: Annotated[float, Meta(ge=0.5, le=200.0)] = (
-        200.0  # the faster the car, the slower the wheels turn
-    )
+    lateral_jerk_max_m_s3: Annotated[float, Meta(ge=0.5, le=200.0)] = 200.0  # the faster the car, the slower the wheels turn
     friction_share: Annotated[float, Meta(ge=0.1, le=1.0)] = 0.9  # of each axle's friction circle
     iterations_max: Annotated[int, Meta(ge=1, le=50)] = 3  # a cycle
     age_max_s: Annotated[float, Meta(ge=0.01, le=1.0)] = 0.2  # of the measured state
