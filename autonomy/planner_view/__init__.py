@@ -1,1 +1,1 @@
-"""What the planner among people thought in a cycle, to look at: pictures, a film, Foxglove, and the message for the operator's window. Decides nothing."""
+"""What the planner among people thought in a cycle, to look at: picture, film, Foxglove, the window's message. Decides nothing."""
