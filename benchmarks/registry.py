@@ -11,6 +11,7 @@ from benchmarks import (
     planner,
     reaction,
     recorder,
+    topology,
     tracker,
     video,
     wheel_to_can,
@@ -31,6 +32,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     endurance.NAME: endurance.figures,
     guidance.NAME: guidance.figures,
     planner.NAME: planner.figures,
+    topology.NAME: topology.figures,
     tracker.NAME: tracker.figures,
     guess.NAME: guess.figures,
 }

@@ -1,4 +1,4 @@
-"""What the topology planner is asked for a car on a road, and what its answer may not exceed: read off a sketch of a straight lane."""
+"""What the topology planner is asked for a car on a road, and what its answer may not exceed: read off a straight lane."""
 
 from dataclasses import replace
 
