@@ -92,12 +92,12 @@ def draw_and_lose_one() -> None:
 
 
 def draw_their_scheduling() -> None:
-    """Of the required one and of the other: policy and niceness."""
+    """Of the required one and of the other: policy, and how much nicer than we are."""
     with painters((FRONT, LEFT), OwnScheduling, fifo_priority=1) as drawing:
         for painter in drawing.values():
             picture = np.zeros((48, 64), np.uint8)
             painter.render_planar(world(3.0), picture)
-            print(picture[0, 0], picture[1, 0])
+            print(picture[0, 0], int(picture[1, 0]) - os.nice(0))
 
 
 def wait_to_be_killed() -> None:
