@@ -51,6 +51,10 @@ class Lateness:
         self.late_cycles += late > self.period_ns
         self._recent.append((now_ns, late))
 
+    def latest_ns(self, now_ns: int) -> int:
+        """Of the last second."""
+        return max((lateness for at, lateness in tuple(self._recent) if now_ns - at <= 1_000_000_000), default=0)
+
     def health(
         self,
         process: str,

@@ -100,6 +100,19 @@ def test_lateness_is_told_of_the_last_second_only_and_counts_since_the_start():
     assert (health.lateness_p50_ms, health.lateness_max_ms) == (1.0, 2.0)
 
 
+def test_the_latest_of_the_last_second_forgets_what_is_older():
+    lateness = Lateness(PERIOD)
+    assert lateness.latest_ns(5) == 0
+    for at_ns, late_ns in ((0, 900), (500_000_000, 30), (900_000_000, 20)):
+        lateness.add(at_ns - late_ns, at_ns)
+    assert [lateness.latest_ns(now_ns) for now_ns in (900_000_000, 1_000_000_000, 1_000_000_001, 1_500_000_001)] == [
+        900,
+        900,
+        30,
+        20,
+    ]
+
+
 def test_a_loop_that_has_not_run_is_not_late():
     health = Lateness(PERIOD).health("p", "l", 5, "other", {})
     assert (health.cycles, health.lateness_max_ms) == (0, 0.0)

@@ -14,7 +14,17 @@ from typing import Any, Protocol
 
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
-from vehicle_gateway.video.load import ALONE, LADDER, ControlLoops, Load, after_a_second, allowance, hear, others_may_give
+from vehicle_gateway.video.load import (
+    ALONE,
+    LADDER,
+    STARVED_NS,
+    ControlLoops,
+    Load,
+    after_a_second,
+    allowance,
+    hear,
+    others_may_give,
+)
 from vehicle_gateway.video.picture import Source
 from vehicle_gateway.video.session import VideoSessions
 from vehicle_gateway.video.settings import VideoSettings
@@ -104,14 +114,15 @@ class VideoSender:
                 for loop in self._loops:
                     self._link.publish("camera_status", loop.status(now_ns, self.sessions.watching))
                 if number % _HEALTH_EVERY == 0:
-                    self._give_way(now_ns)
+                    self._give_way(now_ns, pace)
                     self._publish_health(pace, now_ns)
 
-    def _give_way(self, now_ns: int) -> None:
+    def _give_way(self, now_ns: int, pace: Pace) -> None:
         """Once a second: fewer pictures when the machine cannot keep up, more again when it can."""
         others = others_may_give(self._load, self._ladder)
         late = [loop.was_late(now_ns) and (others or loop.calibration.required) for loop in self._loops]
-        pressed = any(late) or self._wishes.control_was_late()
+        starved = pace.lateness.latest_ns(now_ns) > STARVED_NS
+        pressed = any(late) or starved or self._wishes.control_was_late()
         before, self._load = self._load, after_a_second(self._load, pressed, self._ladder)
         if self._load.level != before.level:
             log.info("cameras: level %d of %d of giving way to the rest of the car", self._load.level, len(self._ladder) - 1)

@@ -6,6 +6,7 @@ It knows nothing of commands and decides nothing about driving.
 import logging
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 
@@ -48,13 +49,14 @@ def run(config: Path, stop: threading.Event) -> int:
     drawn = tuple(camera for camera in vehicle.cameras if choices[camera.name].kind == "simulated")
     with (
         painters(drawn, _renderers(gateway.simulation.scenario, vehicle), beneath(fifo)) as drawing,  # before the link has threads
-        threads_with(fifo),
-        open_link(wire.link, Role.VIDEO, clock, stop) as link,
+        ExitStack() as stack,
     ):
-        sources = open_sources(choices, vehicle, clock, link, drawing)
-        log.info("started", extra=fields(**{name: choice.kind for name, choice in choices.items()}))
-        with video_sender(link, vehicle.cameras, sources, gateway.video, clock, servers) as sender:
-            sender.report(stop)
+        with threads_with(fifo):
+            link = stack.enter_context(open_link(wire.link, Role.VIDEO, clock, stop))
+            sources = open_sources(choices, vehicle, clock, link, drawing)
+            log.info("started", extra=fields(**{name: choice.kind for name, choice in choices.items()}))
+            sender = stack.enter_context(video_sender(link, vehicle.cameras, sources, gateway.video, clock, servers))
+        sender.report(stop)  # without a priority: by its own lateness it knows how those fare who have none
     return 0
 
 
