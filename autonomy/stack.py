@@ -196,12 +196,13 @@ def _controlled(
 ) -> tuple[StackState, AutonomyCommand]:
     settings, speed = setup.settings, place.pose.speed_m_s
     station = place.at.station_m + preview_m(state.speed, speed, settings.speed)
-    stops = made.stops if setup.among_people is None else counting(made, settings.planning)
+    among = setup.among_people if state.driving and state.monitor.request is None else None  # asked for: steady, to be taken over
+    stops = made.stops if among is None else counting(made, settings.planning)
     bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, stops, made.caps)
     memory = wanted_acceleration(state.speed, speed, bound, state.driving, dt_s, settings.speed)
     state = replace(state, speed=memory)
-    if setup.among_people is not None and state.driving:
-        return _followed(state, place, inputs, setup.among_people)
+    if among is not None:
+        return _followed(state, place, inputs, among)
     wanted = wanted_angle_rad(
         place.at, place.pose.heading_rad, speed, setup.road, own_lane(setup.road), made.shift, setup.shape, settings.steering
     )
