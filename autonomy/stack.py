@@ -196,7 +196,8 @@ def _controlled(
 ) -> tuple[StackState, AutonomyCommand]:
     settings, speed = setup.settings, place.pose.speed_m_s
     station = place.at.station_m + preview_m(state.speed, speed, settings.speed)
-    among = setup.among_people if state.driving and state.monitor.request is None else None  # asked for: steady, to be taken over
+    alone = not state.driving or state.no_way or state.monitor.request is not None  # asked for: steady, to be taken over
+    among = None if alone else setup.among_people
     stops = made.stops if among is None else counting(made, settings.planning)
     bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, stops, made.caps)
     memory = wanted_acceleration(state.speed, speed, bound, state.driving, dt_s, settings.speed)
