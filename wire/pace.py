@@ -52,7 +52,7 @@ class Lateness:
         self._recent.append((now_ns, late))
 
     def latest_ns(self, now_ns: int) -> int:
-        """Of the last second."""
+        """The most that a cycle of the last second was late; 0 when there was none."""
         return max((lateness for at, lateness in tuple(self._recent) if now_ns - at <= 1_000_000_000), default=0)
 
     def health(

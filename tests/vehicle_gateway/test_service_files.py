@@ -9,6 +9,8 @@ import pytest
 
 from vehicle_gateway.service import Site, rendered, run
 from wire.configuration import ConfigurationError, shipped
+from wire.link_threads import for_pictures
+from wire.settings import PaceSettings
 
 CONFIG = Path("/etc/remote-operation-tower/car.toml")
 
@@ -42,6 +44,11 @@ def test_a_program_that_dies_comes_back_and_one_that_a_person_has_to_mend_does_n
         if name.endswith(".service"):
             unit = settings(text)
             assert (unit["Restart"], unit["RestartPreventExitStatus"], unit["StartLimitIntervalSec"]) == ("always", "2", "0"), name
+
+
+def test_the_cameras_may_take_their_real_time_priority():
+    unit = settings(rendered(Site.CAR, Path("/opt/bin"), CONFIG)["etc/systemd/system/remote-operation-video.service"])
+    assert int(unit["LimitRTPRIO"]) >= for_pictures(PaceSettings().fifo_priority) and "RestrictRealtime" not in unit
 
 
 def test_the_control_loop_may_take_its_real_time_priority_and_only_that():
