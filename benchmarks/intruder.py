@@ -26,7 +26,6 @@ from msgspec.structs import replace
 
 from benchmarks.cycle_messages import command
 from tower.cockpit.lease_client import request
-from tower.demo.session import free_udp_ports
 from tower.settings import TowerSettings
 from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.codec import codec_of
@@ -43,6 +42,7 @@ from wire.messages.automation import AutonomyStatus, Doubt, Reason, TakeoverRequ
 from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 from wire.pace import Pace
+from wire.ports import free_udp_ports
 from wire.settings import WireSettings
 from wire.signature import sign
 from wire.topics import COCKPITS, Role

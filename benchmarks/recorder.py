@@ -26,7 +26,6 @@ from benchmarks.pictures import three_cameras
 from benchmarks.rig import RigError
 from benchmarks.session import program, running
 from recordings.read import open_recording
-from tower.demo.session import free_udp_ports
 from vehicle_gateway.video.settings import VideoSettings, camera_bitrate_bps
 from wire import certificates
 from wire.clock import Clock
@@ -34,6 +33,7 @@ from wire.configuration import read_sections, shipped
 from wire.link import Link, open_link
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.picture import EncodedPicture, pack_picture
+from wire.ports import free_udp_ports
 from wire.settings import LinkSettings
 from wire.topics import PROGRAMS, TOPICS, Role
 

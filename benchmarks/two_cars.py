@@ -10,9 +10,10 @@ from pathlib import Path
 import tomli_w
 
 from benchmarks.session import program, running
-from tower.demo.session import choose, free_udp_ports, write_session
+from tower.demo.session import choose, write_session
 from wire import bundle, certificates
 from wire.configuration import read_tables, shipped
+from wire.ports import free_udp_ports
 
 CARS = ("car-1", "car-2")
 

@@ -21,7 +21,6 @@ from benchmarks.datagram_wheel import PROFILE
 from benchmarks.figures import Figure, figure, percentile
 from benchmarks.rig import RigError
 from benchmarks.session import program, running, session
-from tower.demo.session import free_udp_ports
 from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.ecu_codec import CommandState, decode_command
 from vehicle_gateway.can.frame import Frame
@@ -33,6 +32,7 @@ from wire.link import Link, open_link
 from wire.messages.operating import WindowStatus
 from wire.messages.sensing import CameraStatus
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription, VehicleState
+from wire.ports import free_udp_ports
 from wire.settings import PaceSettings, WireSettings
 from wire.topics import Role
 

@@ -5,7 +5,6 @@ cockpit nor a gateway, so nothing that is played can be driven. The programs are
 """
 
 import os
-import socket
 import subprocess
 import sys
 import tempfile
@@ -20,13 +19,14 @@ import tomli_w
 from recordings.errors import RecordingError
 from wire import certificates
 from wire.messages.vehicle import VehicleDescription
+from wire.ports import free_udp_ports
 
 _PATIENCE_S = 5.0  # for SIGTERM, then SIGKILL
 
 
 def stage_tables(base: dict[str, Any], vehicle: VehicleDescription, vehicle_id: str, label: str, folder: Path) -> dict[str, Any]:
     """The configuration of a replay: the watcher's own window, the recorded car, ports and certificates of its own."""
-    car_port, tower_port = _free_udp_ports(2)
+    car_port, tower_port = free_udp_ports(2)
     window = base.get("tower", {}).get("window", {})
     return {
         "wire": {
@@ -40,17 +40,6 @@ def stage_tables(base: dict[str, Any], vehicle: VehicleDescription, vehicle_id: 
         "vehicle": msgspec.to_builtins(vehicle),
         "tower": {"window": {**window, "replay": label}},
     }
-
-
-def _free_udp_ports(count: int) -> list[int]:
-    sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
-    try:
-        for each in sockets:
-            each.bind(("127.0.0.1", 0))
-        return [each.getsockname()[1] for each in sockets]
-    finally:
-        for each in sockets:
-            each.close()
 
 
 @contextmanager

@@ -1,6 +1,5 @@
 """One world for all tests of bad input: both hubs in this process, joined, and a client for every role, opened when asked for."""
 
-import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -12,18 +11,11 @@ import pytest
 from wire import certificates
 from wire.clock import Clock
 from wire.link import Link, open_link
+from wire.ports import free_addresses
 from wire.settings import LinkSettings
 from wire.topics import CAR, COCKPITS, TOPICS, Role
 
 PATIENCE_S = 8.0
-
-
-def free_addresses(count: int) -> list[str]:
-    with ExitStack() as stack:
-        taken = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
-        for each in taken:
-            each.bind(("127.0.0.1", 0))
-        return [f"127.0.0.1:{each.getsockname()[1]}" for each in taken]
 
 
 def wait_until(done: Callable[[], Any], meanwhile: Callable[[], object] = lambda: None, patience_s: float = PATIENCE_S) -> Any:

@@ -30,6 +30,7 @@ from wire.messages.base import Gear
 from wire.messages.operating import ClockPing, DriveCommand
 from wire.messages.session import LeaseReply, LeaseRequest
 from wire.messages.vehicle import Mode
+from wire.ports import free_addresses
 from wire.settings import WireSettings
 from wire.signature import sign
 from wire.topics import COCKPITS, TOPICS, Role
@@ -62,7 +63,7 @@ class Session:
         stack.callback(self.kill)
         self.links = stack.enter_context(ExitStack())
         self._links: dict[Role, Link] = {}
-        own_hub = msgspec.structs.replace(self.settings, tower_hub=f"127.0.0.1:{free_port()}")
+        own_hub = msgspec.structs.replace(self.settings, tower_hub=free_addresses(1)[0])
         self.tower = self.links.enter_context(open_link(own_hub, Role.TOWER_HUB, Clock(), Event(), hub=True))
         self.signer = signer_of(Path(self.settings.certificates), Role.TOWER_HUB)
         self.status, self.state = self.tower.level("gateway_status"), self.tower.level("vehicle_state")
@@ -100,12 +101,6 @@ class Session:
 
     def logs(self) -> str:
         return "\n".join(path.read_text(errors="replace") for path in sorted(self.folder.glob("*.log")))
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        return int(taken.getsockname()[1])
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 
 from autonomy.settings import AutonomySettings
 from recordings.settings import RecordingsSettings
-from tower.demo.session import HOUR_NS, choose, free_udp_ports, write_session
+from tower.demo.session import HOUR_NS, choose, write_session
 from tower.settings import TowerSettings
 from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.bundle import export, install
@@ -85,7 +85,3 @@ def test_every_shipped_scenario_is_found_by_its_name_and_by_its_path():
 def test_the_shipped_configuration_lets_a_script_in_and_only_because_it_is_simulated():
     assert tomllib.loads(BASE.read_text())["wire"]["link"]["accepts_script"] is True
     assert WireSettings().link.accepts_script is False
-
-
-def test_free_ports_are_different_ones():
-    assert len(set(free_udp_ports(8))) == 8

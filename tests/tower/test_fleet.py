@@ -4,7 +4,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-from socket import AF_INET, SOCK_DGRAM, socket
 
 import pytest
 from msgspec.structs import replace
@@ -17,6 +16,7 @@ from wire.link import Link, open_link
 from wire.messages.automation import Reason, TakeoverRequest
 from wire.messages.operating import TowerStop
 from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.ports import free_addresses
 from wire.settings import FleetVehicle, LinkSettings
 from wire.topics import Role
 
@@ -44,14 +44,6 @@ REQUEST = TakeoverRequest(
     number=1, raised_ns=1, reasons=(Reason(channel="planner", text="The lane is closed"),), budget_s=15.0, place=(0.0, 0.0)
 )
 SECOND_NS = 1_000_000_000
-
-
-def free_ports(count: int) -> list[str]:
-    with ExitStack() as stack:
-        taken = [stack.enter_context(socket(AF_INET, SOCK_DGRAM)) for _ in range(count)]
-        for each in taken:
-            each.bind(("127.0.0.1", 0))
-        return [f"127.0.0.1:{each.getsockname()[1]}" for each in taken]
 
 
 def until(done: Callable[[], object], meanwhile: Callable[[], object]) -> None:
@@ -106,7 +98,7 @@ def yard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Yard]:
     """Each car with certificates of its own."""
     place = tmp_path_factory.mktemp("fleet")
     certificates.make(place / "tower")
-    outside, inside, *own = free_ports(4)
+    outside, inside, *own = free_addresses(4)
     with ExitStack() as stack:
         links = []
         for name, hub in zip(("car-1", "car-2"), own, strict=True):

@@ -1,6 +1,5 @@
 """`tower supervise` beside a real gateway and a real link: what it shows, what the car does, and who else may not ask for it."""
 
-import socket
 import subprocess
 import sys
 import threading
@@ -21,17 +20,12 @@ from wire.identity import signer_of
 from wire.link import Link, open_link
 from wire.messages.session import LeaseReply, LeaseRequest, Supervision
 from wire.messages.vehicle import GatewayStatus
+from wire.ports import free_addresses, free_udp_ports
 from wire.settings import LinkSettings
 from wire.topics import Role
 
 GATEWAY = [sys.executable, "-c", "from vehicle_gateway.program import main; main()", "run", "--config"]
 CAR = "car-1"
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        return int(taken.getsockname()[1])
 
 
 def until(done: Callable[[], Any], seconds: float = 10.0) -> Any:
@@ -50,14 +44,14 @@ class Site:
     def __init__(self, stack: ExitStack, folder: Path) -> None:
         self.folder = folder / "certificates"
         certificates.make(self.folder)
-        car, tower = f"127.0.0.1:{free_port()}", f"127.0.0.1:{free_port()}"
+        car, tower = free_addresses(2)
         self.settings = LinkSettings(vehicle_id=CAR, certificates=str(self.folder), car_hub=car, tower_hub=tower)
         vehicle = shipped("simulated.toml").read_text(encoding="utf-8").split("[vehicle]")[1].split("[vehicle_gateway")[0]
         self.config = folder / "car.toml"
         self.config.write_text(
             f'[wire.pace]\nfifo_priority = 0\n[wire.link]\nvehicle_id = "{CAR}"\ncertificates = "{self.folder}"\n'
             f'car_hub = "{car}"\ntower_hub = "{tower}"\n[vehicle]{vehicle}\n[vehicle_gateway]\nmemory = "{folder}/memory.json"\n'
-            f"[vehicle_gateway.can]\nport = {free_port()}\n",
+            f"[vehicle_gateway.can]\nport = {free_udp_ports(1)[0]}\n",
             encoding="utf-8",
         )
         process = subprocess.Popen([*GATEWAY, str(self.config)], stderr=subprocess.DEVNULL)

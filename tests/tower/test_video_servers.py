@@ -21,6 +21,7 @@ from vehicle_gateway.video.session import VideoSessions
 from wire.ice import Server, Ways
 from wire.loop_thread import loop_in_thread
 from wire.messages.session import VideoOffer
+from wire.ports import free_udp_ports
 
 MAPPED = ("203.0.113.7", 40000)  # TEST-NET-3 (RFC 5737): what a translator on the way would have made of our address
 CONNECT_S = 20.0
@@ -121,9 +122,7 @@ def test_a_server_that_is_silent_does_not_keep_the_session_from_coming_up():
 @contextmanager
 def turn_server(folder: Path, password: str) -> Iterator[int]:
     """coturn on loopback with one user; its port."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = int(taken.getsockname()[1])
+    (port,) = free_udp_ports(1)
     arguments = f"-n --no-cli --no-tls --no-dtls -L 127.0.0.1 -E 127.0.0.1 -p {port} -r tower -u ann:{password} --lt-cred-mech"
     quiet = ("--allow-loopback-peers", "--pidfile", str(folder / "pid"), "--userdb", str(folder / "users"), "--log-file", "stdout")
     process = subprocess.Popen(["turnserver", *arguments.split(), *quiet], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

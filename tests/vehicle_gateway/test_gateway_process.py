@@ -52,18 +52,13 @@ from wire.messages.operating import DriveCommand, TowerStop
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.messages.vehicle import GatewayStatus, Mode
+from wire.ports import free_udp_ports
 from wire.settings import LinkSettings
 from wire.signature import sign
 from wire.topics import Role
 
 PROGRAM = [sys.executable, "-c", "from vehicle_gateway.program import main; main()", "run", "--config"]
 PATIENCE_S = 10.0
-
-
-def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
-    with socket.socket(socket.AF_INET, kind) as taken:
-        taken.bind(("127.0.0.1", 0))
-        return int(taken.getsockname()[1])
 
 
 def until(done: Callable[[], Any], seconds: float = PATIENCE_S) -> Any:
@@ -83,14 +78,15 @@ class Site:
     def __init__(self, folder: Path) -> None:
         certificates.ensure(folder / "certificates")
         self.memory = folder / "memory.json"
+        car_port, tower_port, can_port = free_udp_ports(3)
         self.link = LinkSettings(
             certificates=str(folder / "certificates"),
-            car_hub=f"127.0.0.1:{free_port()}",
-            tower_hub=f"127.0.0.1:{free_port()}",
+            car_hub=f"127.0.0.1:{car_port}",
+            tower_hub=f"127.0.0.1:{tower_port}",
             accepts_script=False,
             dials="tower",
         )
-        self.can = CanSettings(port=free_port())
+        self.can = CanSettings(port=can_port)
         self.config = folder / "car.toml"
         vehicle = shipped("simulated.toml").read_text(encoding="utf-8").split("[vehicle]")[1].split("[vehicle_gateway")[0]
         lines = (

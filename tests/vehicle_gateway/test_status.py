@@ -25,6 +25,7 @@ from wire.messages.base import Gear, decoder, encode
 from wire.messages.health import LoopHealth
 from wire.messages.sensing import CameraStatus
 from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleState
+from wire.ports import free_udp_ports
 
 MS, SECOND = 1_000_000, 1_000_000_000
 NOW = 100 * SECOND
@@ -168,21 +169,16 @@ def test_the_answer_is_a_message_that_keeps_its_own_ranges():
     assert decoder(type(told)).decode(encode(told)) == told
 
 
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        return int(taken.getsockname()[1])
-
-
 @pytest.fixture
 def configuration(tmp_path: Path) -> tuple[Path, CanSettings]:
     certificates.ensure(tmp_path / "certificates")
-    can = CanSettings(port=free_port(), actuator_port=free_port())
+    car_port, tower_port, can_port, actuator_port = free_udp_ports(4)
+    can = CanSettings(port=can_port, actuator_port=actuator_port)
     text = shipped("simulated.toml").read_text(encoding="utf-8")
     text = text.replace(
         "[wire.link]",
         f'[wire.pace]\nfifo_priority = 0\n[wire.link]\ncertificates = "{tmp_path}/certificates"\n'
-        f'car_hub = "127.0.0.1:{free_port()}"\ntower_hub = "127.0.0.1:{free_port()}"',
+        f'car_hub = "127.0.0.1:{car_port}"\ntower_hub = "127.0.0.1:{tower_port}"',
     )
     text = text.replace("[vehicle_gateway]\n", f'[vehicle_gateway]\nmemory = "{tmp_path}/memory.json"\n')
     (tmp_path / "car.toml").write_text(f"{text}\n[vehicle_gateway.can]\nport = {can.port}\n", encoding="utf-8")

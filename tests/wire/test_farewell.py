@@ -1,7 +1,6 @@
 """A client whose hub is gone still ends at once and as it was asked to: two real processes on loopback."""
 
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -10,6 +9,7 @@ from pathlib import Path
 import msgspec
 
 from wire import certificates
+from wire.ports import free_addresses
 from wire.settings import LinkSettings
 
 PROGRAM = """
@@ -44,9 +44,7 @@ def started(role: str, settings: LinkSettings) -> subprocess.Popen[str]:
 
 def test_a_program_whose_hub_was_killed_leaves_at_once_with_its_own_code_and_nothing_to_say(tmp_path: Path):
     certificates.make(tmp_path / "certificates")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        place = f"127.0.0.1:{free.getsockname()[1]}"
+    (place,) = free_addresses(1)
     settings = LinkSettings(certificates=str(tmp_path / "certificates"), car_hub=place)
     with started("vehicle-hub", settings) as hub, started("car-observer", settings) as client:
         hub.kill()

@@ -3,7 +3,6 @@
 That something does NOT arrive is shown beside something that does, on the same route and after it: nothing waits in vain.
 """
 
-import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -21,6 +20,7 @@ from wire.messages.base import Gear, Indicators, encode
 from wire.messages.operating import ClockPong, DriveCommand, TowerStop, WindowStatus
 from wire.messages.sensing import Gnss, Imu, MovingPerson, Pose, WorldState
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
+from wire.ports import free_addresses
 from wire.settings import LinkSettings
 from wire.topics import Role
 
@@ -68,14 +68,6 @@ ASK = LeaseRequest(operator="ann", session="s", sent_ns=1)
 GRANTED = LeaseReply(granted=True, epoch=7, key_hex="00ff", rule="", boot_id="b")
 
 
-def free_ports(count: int) -> list[str]:
-    with ExitStack() as stack:
-        taken = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
-        for each in taken:
-            each.bind(("127.0.0.1", 0))
-        return [f"127.0.0.1:{each.getsockname()[1]}" for each in taken]
-
-
 def until(done: Callable[[], object], meanwhile: Callable[[], object] = lambda: None) -> None:
     """Repeat `meanwhile` every 10 ms until `done`; fail when that takes too long."""
     pause = threading.Event()
@@ -111,7 +103,7 @@ class World:
     """Both hubs, joined, and whoever else is asked for."""
 
     def __init__(self, stack: ExitStack, trusted: Path, **settings: Any) -> None:
-        car, tower = free_ports(2)
+        car, tower = free_addresses(2)
         self.settings = LinkSettings(certificates=str(trusted), car_hub=car, tower_hub=tower, accepts_script=True)
         self.settings = replace(self.settings, **settings)
         self._stack = stack
@@ -280,7 +272,7 @@ def test_noise_is_dropped_and_counted_and_what_follows_is_heard(world: World):
 def test_a_stranger_with_certificates_of_his_own_gets_no_session_and_delivers_nothing(world: World, tmp_path: Path):
     certificates.make(tmp_path / "own")
     world.joined()
-    stranger = replace(world.settings, certificates=str(tmp_path / "own"), tower_hub=free_ports(1)[0])
+    stranger = replace(world.settings, certificates=str(tmp_path / "own"), tower_hub=free_addresses(1)[0])
     stop = threading.Event()
     threading.Timer(0.6, stop.set).start()
     with pytest.raises(Stopped), open_link(stranger, Role.AUTONOMY, Clock(), stop):
@@ -317,7 +309,7 @@ def hub(settings: LinkSettings, role: Role, stack: ExitStack) -> Link:
 )  # the fourth is the world of all the other tests
 def test_the_hubs_find_each_other_whoever_dials_and_whoever_is_there_first(trusted: Path, dials: str, first: Role):
     """A car sits behind NAT, so either side may dial; and nobody starts the two of them in order."""
-    car, tower = free_ports(2)
+    car, tower = free_addresses(2)
     settings = LinkSettings(certificates=str(trusted), car_hub=car, tower_hub=tower, dials=dials)
     second = Role.TOWER_HUB if first is Role.VEHICLE_HUB else Role.VEHICLE_HUB
     with ExitStack() as stack:
@@ -333,7 +325,7 @@ def test_the_hubs_find_each_other_whoever_dials_and_whoever_is_there_first(trust
 
 def test_a_car_that_accepts_no_script_hears_nothing_from_a_scripted_cockpit(trusted: Path):
     """The same cockpit with a person's certificate is heard at once."""
-    car, tower = free_ports(2)
+    car, tower = free_addresses(2)
     settings = LinkSettings(certificates=str(trusted), car_hub=car, tower_hub=tower, accepts_script=False)
     with ExitStack() as stack:
         gateway = hub(settings, Role.VEHICLE_HUB, stack)
@@ -350,7 +342,7 @@ def test_a_car_that_accepts_no_script_hears_nothing_from_a_scripted_cockpit(trus
 
 
 def test_a_client_joins_again_by_itself_when_its_hub_was_restarted(trusted: Path):
-    car, tower = free_ports(2)
+    car, tower = free_addresses(2)
     settings = LinkSettings(certificates=str(trusted), car_hub=car, tower_hub=tower)
     command = AutonomyCommand(stamp_ns=1, sequence=1, road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
     with ExitStack() as stack:
@@ -384,7 +376,7 @@ def test_missing_certificates_are_told_with_the_command_that_makes_them(tmp_path
 
 def test_where_there_are_no_certificates_the_first_program_makes_them(tmp_path: Path):
     place = tmp_path / "new" / "certificates"
-    settings = LinkSettings(certificates=str(place), car_hub=free_ports(1)[0])
+    settings = LinkSettings(certificates=str(place), car_hub=free_addresses(1)[0])
     with open_link(settings, Role.VEHICLE_HUB, Clock(), threading.Event(), hub=True):
         assert certificates.missing(place) == ()
 

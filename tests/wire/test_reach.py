@@ -1,6 +1,5 @@
 """Why a hub cannot be reached, in words, from real attempts on loopback."""
 
-import socket
 import threading
 from collections.abc import Iterator
 from datetime import timedelta
@@ -14,6 +13,7 @@ from wire.certificates import authority_of, make, write_pem
 from wire.clock import Clock
 from wire.endpoint import Endpoint, parse
 from wire.link import LinkError, open_link
+from wire.ports import free_addresses, free_udp_ports
 from wire.reach import explained, obstacle, told_why
 from wire.settings import LinkSettings
 from wire.topics import Role
@@ -27,16 +27,10 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        return int(taken.getsockname()[1])
-
-
 @pytest.fixture(scope="module")
 def car(home: Path) -> Iterator[LinkSettings]:
     settings = LinkSettings(
-        certificates=str(home), car_hub=f"127.0.0.1:{free_port()}", listen=(f"127.0.0.2:{free_port()}",), dials="tower"
+        certificates=str(home), car_hub=free_addresses(1)[0], listen=(f"127.0.0.2:{free_udp_ports(1)[0]}",), dials="tower"
     )
     with open_link(settings, Role.VEHICLE_HUB, Clock(), threading.Event(), hub=True):
         yield settings
@@ -70,7 +64,7 @@ def test_an_expired_certificate_of_our_own_is_noticed_before_it_is_shown_to_anyb
 
 
 def test_a_hub_that_is_not_there_may_come_yet(home: Path, car: LinkSettings):
-    found = obstacle(tls_of(car, Role.TOWER_HUB), Endpoint("127.0.0.1", free_port()), patience_ms=200)
+    found = obstacle(tls_of(car, Role.TOWER_HUB), Endpoint("127.0.0.1", free_udp_ports(1)[0]), patience_ms=200)
     assert found is not None and not found.lasting
     assert "no answer" in found.words
 

@@ -1,7 +1,6 @@
 """What the authority has revoked is worth nothing where its list has come to; and a certificate that expires cuts its link."""
 
 import shutil
-import socket
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -21,6 +20,7 @@ from wire.clock import Clock
 from wire.link import Link, LinkError, open_link
 from wire.messages.base import encode
 from wire.messages.operating import ClockPing, WindowStatus
+from wire.ports import free_addresses
 from wire.revocation import NOTHING, Revocations, parted, read_revocations, with_revoked
 from wire.settings import LinkSettings
 from wire.topics import Role, owner_of, role_of
@@ -160,10 +160,7 @@ def test_nothing_outlives_the_authority():
 
 
 def settings_of(folder: Path) -> LinkSettings:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as two:
-        for each in (one, two):
-            each.bind(("127.0.0.1", 0))
-        car, tower = (f"127.0.0.1:{each.getsockname()[1]}" for each in (one, two))
+    car, tower = free_addresses(2)
     return LinkSettings(certificates=str(folder), car_hub=car, tower_hub=tower)
 
 

@@ -2,7 +2,6 @@
 it lets it ask - and nothing besides. That something does not arrive is shown beside something that does, on the same session.
 """
 
-import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -14,6 +13,7 @@ import zenoh
 from wire import certificates
 from wire.clock import Clock
 from wire.link import Link, open_link
+from wire.ports import free_addresses
 from wire.settings import LinkSettings
 from wire.topics import CAR, COCKPITS, QUERIES, TOPICS, TOWER, Role, key
 
@@ -25,14 +25,6 @@ CAR_ID = "simulated-1"
 
 def hub_of(role: Role) -> Role:
     return HUBS[0] if role in CAR else HUBS[1]
-
-
-def free_ports(count: int) -> list[str]:
-    with ExitStack() as stack:
-        taken = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
-        for each in taken:
-            each.bind(("127.0.0.1", 0))
-        return [f"127.0.0.1:{each.getsockname()[1]}" for each in taken]
 
 
 def until(done: Callable[[], object], meanwhile: Callable[[], object] = lambda: None) -> None:
@@ -66,7 +58,7 @@ class World:
 
     def __init__(self, stack: ExitStack, folder: Path) -> None:
         certificates.make(folder)
-        car, tower = free_ports(2)
+        car, tower = free_addresses(2)
         self.settings = LinkSettings(certificates=str(folder), car_hub=car, tower_hub=tower)
         self.links = {
             role: stack.enter_context(open_link(self.settings, role, Clock(), threading.Event(), hub=role in HUBS))

@@ -1,7 +1,6 @@
 """The configuration of one session, made from the base configuration: free ports, a bus of its own, a shifted tower clock."""
 
 import secrets
-import socket
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +11,11 @@ from tower.settings import TowerSettings
 from wire import certificates
 from wire.configuration import ConfigurationError, read_sections, read_tables
 from wire.messages.vehicle import VehicleDescription
+from wire.ports import free_udp_ports
 from wire.scenario import find_scenario, read_scenario
 from wire.settings import WireSettings
 
 HOUR_NS = 3_600_000_000_000
-
-
-def free_udp_ports(count: int) -> list[int]:
-    """Ports nobody listens on right now, on loopback."""
-    sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
-    try:
-        for each in sockets:
-            each.bind(("127.0.0.1", 0))
-        return [each.getsockname()[1] for each in sockets]
-    finally:
-        for each in sockets:
-            each.close()
 
 
 def choose(base: Path, scenario: str, front_camera: str) -> dict[str, Any]:
