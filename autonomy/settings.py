@@ -30,7 +30,7 @@ class InputAges(Message):
 
 
 ACCELERATION_M_S2 = 1.2  # as the braking planner's
-STEERING_RATE_RAD_S = SteeringSettings().rate_max_rad_s  # what the gate lets pass
+STEERING_RATE_RAD_S = 0.11  # that steering.py allows at the speed limit: plans have one for all speeds
 # Weights: the tuned ones of Table I (benchmarks/crossings/methods.py); contour: so that it keeps to the middle in a bend
 LOCAL = MpcSettings(
     weights=Weights(contour=1.0, acceleration=4.0, speed=4.0),
@@ -50,8 +50,8 @@ class AutonomySettings(Message):
     topology: TopologySettings = TopologySettings(local=LOCAL, learned_guess=False)  # learned at walking pace
     tracker: MpccSettings = MpccSettings(
         acceleration_max_m_s2=ACCELERATION_M_S2,
-        steering_rate_max_rad_s=STEERING_RATE_RAD_S,
-        lateral_jerk_max_m_s3=5.0,  # what the gate lets pass, ISO 11270
+        steering_rate_max_rad_s=SteeringSettings().rate_max_rad_s,
+        lateral_jerk_max_m_s3=SteeringSettings().lateral_jerk_max_m_s3,
     )
     steering: SteeringSettings = SteeringSettings()
     speed: SpeedSettings = SpeedSettings()

@@ -4,25 +4,27 @@ Called at 100 Hz; it plans every 100 ms by its own count of time. It runs the sa
 integrator and tells honestly whether it could take over. It reads neither scenario nor truth, nor decides who drives.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 from autonomy.control.following import follow
 from autonomy.control.mpcc.reference import of_trajectory
 from autonomy.control.mpcc.state import TrackerState
 from autonomy.control.speed import preview_m, wanted_acceleration
-from autonomy.control.steering import toward, wanted_angle_rad
+from autonomy.control.steering import rate_max_rad_s, toward, turning_speed_m_s, wanted_angle_rad
 from autonomy.inputs import Inputs, drives, stale_input
 from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose_at, start
 from autonomy.perception.tracking import TrackList, in_map_frame, update
 from autonomy.planning.among_people import around, capped, counting
 from autonomy.planning.braking_planner import Plan, Situation, plan
 from autonomy.planning.route import own_lane
-from autonomy.planning.speed_limits import StopPoint, ceiling
-from autonomy.planning.topology import Decision
+from autonomy.planning.speed_limits import Ceiling, StopPoint, ceiling
+from autonomy.planning.topology import Decision, TopologyState
 from autonomy.planning.topology import plan as plan_topology
 from autonomy.replay import Judged, MonitorInputs
 from autonomy.reports import STANDS_M_S, goal_reached, scene_of, status_of
-from autonomy.state import AmongPeople, Place, Setup, StackState
+from autonomy.state import AmongPeople, Place, Setup, StackState, Way
 from autonomy.uncertainty import budget
 from autonomy.uncertainty.channels import Level, localization_level, map_level, perception_level, planner_level
 from autonomy.uncertainty.monitor import MonitorState, Trouble, judge
@@ -30,6 +32,7 @@ from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
 
 PLAN_NS = 100_000_000  # 10 Hz
 STATUS_NS = 50_000_000  # 20 Hz
+LOST_NS = 500_000_000  # so long the last way among people is followed, by the braking planner's speed, while no other is found
 DT_MAX_S = 0.05  # a cycle that came late is not made up for
 
 
@@ -114,7 +117,7 @@ def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> t
     made = plan(situation, state.plan, setup.settings.planning)
     state, decision = _among_people(state, situation, made, place, inputs, setup)
     stands = abs(place.pose.speed_m_s) < STANDS_M_S
-    waits = stands and (state.no_way or (made.blocked is not None and made.blocked.kind == "person"))
+    waits = stands and (state.topology.lost or (made.blocked is not None and made.blocked.kind == "person"))
     since = (state.waiting_since_ns or state.now_ns) if waits and state.driving else None
     due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
     return replace(state, plan_due_ns=due, waiting_since_ns=since), decision
@@ -123,18 +126,21 @@ def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> t
 def _among_people(
     state: StackState, situation: Situation, made: Plan, place: Place, inputs: Inputs, setup: Setup
 ) -> tuple[StackState, Decision | None]:
-    """How people are passed; `made` says how fast at most."""
-    if setup.among_people is None:
-        return replace(state, plan=made), None
-    angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
-    taken = state.topology.taken
-    before = taken.trajectory if taken is not None and state.driving else None
-    asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before)
+    """How people are passed; `made` says how fast at most. Not when somebody drives, or is to take over: nobody would use it."""
+    asked = None
+    if setup.among_people is not None and state.driving and state.monitor.request is None:
+        angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
+        taken = state.topology.taken
+        before = taken.trajectory if taken is not None else None
+        asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before)
+    if asked is None:
+        return replace(state, plan=made, topology=TopologyState(), way=None), None
     topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology)
-    way = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
-    if not decision.braking:
-        made = replace(made, points=tuple((float(x), float(y)) for x, y in way.states[:, :2]))
-    return replace(state, plan=made, topology=topology, no_way=decision.braking, reference=of_trajectory(way)), decision
+    if decision.braking:
+        return replace(state, plan=made, topology=topology), decision
+    found = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
+    made = replace(made, points=tuple((float(x), float(y)) for x, y in found.states[:, :2]))
+    return replace(state, plan=made, topology=topology, way=Way(found_ns=state.now_ns, reference=of_trajectory(found))), decision
 
 
 def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Judged | None]:
@@ -194,38 +200,54 @@ def _slowing_point(state: StackState, monitor: MonitorState, slowing: budget.Slo
 def _controlled(
     state: StackState, made: Plan, place: Place, inputs: Inputs, dt_s: float, setup: Setup
 ) -> tuple[StackState, AutonomyCommand]:
+    way = state.way
+    if setup.among_people is not None and way is not None and state.now_ns - way.found_ns < LOST_NS:
+        stops = made.stops if state.topology.lost else counting(made, setup.settings.planning)
+        state = _paced(state, made, stops, place, inf, dt_s, setup)
+        return _followed(state, way, place, inputs, setup.among_people)
+    return _kept_in_lane(state, made, place, inputs, dt_s, setup)
+
+
+def _paced(
+    state: StackState, made: Plan, stops: Sequence[StopPoint], place: Place, most_m_s: float, dt_s: float, setup: Setup
+) -> StackState:
+    """With the acceleration that keeps the speed under the ceiling of this place."""
     settings, speed = setup.settings, place.pose.speed_m_s
     station = place.at.station_m + preview_m(state.speed, speed, settings.speed)
-    alone = not state.driving or state.no_way or state.monitor.request is not None  # asked for: steady, to be taken over
-    among = None if alone else setup.among_people
-    stops = made.stops if among is None else counting(made, settings.planning)
     bound = ceiling(station, setup.road.map.speed_limit_m_s, settings.planning.comfort_m_s2, stops, made.caps)
-    memory = wanted_acceleration(state.speed, speed, bound, state.driving, dt_s, settings.speed)
-    state = replace(state, speed=memory)
-    if among is not None:
-        return _followed(state, place, inputs, among)
-    wanted = wanted_angle_rad(
-        place.at, place.pose.heading_rad, speed, setup.road, own_lane(setup.road), made.shift, setup.shape, settings.steering
-    )
+    if most_m_s < bound.speed_m_s:
+        bound = Ceiling(most_m_s, 0.0)
+    return replace(state, speed=wanted_acceleration(state.speed, speed, bound, state.driving, dt_s, settings.speed))
+
+
+def _kept_in_lane(
+    state: StackState, made: Plan, place: Place, inputs: Inputs, dt_s: float, setup: Setup
+) -> tuple[StackState, AutonomyCommand]:
+    """The braking planner's speed, and steering along its path."""
+    settings, speed, shape = setup.settings.steering, place.pose.speed_m_s, setup.shape
+    lane = own_lane(setup.road)
+    wanted = wanted_angle_rad(place.at, place.pose.heading_rad, speed, setup.road, lane, made.shift, shape, settings)
     measured = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
-    previous = state.angle_rad if state.driving else measured
-    angle = toward(previous, wanted, settings.steering.rate_max_rad_s * dt_s)
-    command = AutonomyCommand(
-        stamp_ns=state.now_ns, sequence=state.sequence, road_wheel_angle_rad=angle, acceleration_m_s2=memory.acceleration_m_s2
+    previous, rate = state.angle_rad if state.driving else measured, rate_max_rad_s(speed, shape, settings)
+    angle = toward(previous, wanted, rate * dt_s)
+    most = turning_speed_m_s(wanted - previous, rate, settings) if state.driving else inf
+    state = _paced(state, made, made.stops, place, most, dt_s, setup)
+    return replace(state, angle_rad=angle, tracker=TrackerState(angle_rad=angle)), _command(
+        state, angle, state.speed.acceleration_m_s2
     )
-    return replace(state, angle_rad=angle, tracker=TrackerState()), command
 
 
-def _followed(state: StackState, place: Place, inputs: Inputs, among: AmongPeople) -> tuple[StackState, AutonomyCommand]:
+def _followed(state: StackState, way: Way, place: Place, inputs: Inputs, among: AmongPeople) -> tuple[StackState, AutonomyCommand]:
     """The tracker's command, braking no less than the ceiling wants."""
-    tracker, told = follow(state.tracker, place.pose, inputs, state.reference, state.now_ns, among.tracker)
-    command = AutonomyCommand(
-        stamp_ns=state.now_ns,
-        sequence=state.sequence,
-        road_wheel_angle_rad=told.road_wheel_angle_rad,
-        acceleration_m_s2=min(told.acceleration_m_s2, state.speed.acceleration_m_s2),
+    tracker, told = follow(state.tracker, place.pose, inputs, way.reference, state.now_ns, among.tracker)
+    state = replace(state, tracker=tracker, angle_rad=told.road_wheel_angle_rad)
+    return state, _command(state, told.road_wheel_angle_rad, min(told.acceleration_m_s2, state.speed.acceleration_m_s2))
+
+
+def _command(state: StackState, angle_rad: float, acceleration_m_s2: float) -> AutonomyCommand:
+    return AutonomyCommand(
+        stamp_ns=state.now_ns, sequence=state.sequence, road_wheel_angle_rad=angle_rad, acceleration_m_s2=acceleration_m_s2
     )
-    return replace(state, tracker=tracker, angle_rad=told.road_wheel_angle_rad), command
 
 
 def _reported(state: StackState, inputs: Inputs, setup: Setup) -> tuple[StackState, AutonomyStatus | None]:

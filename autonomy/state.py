@@ -56,6 +56,14 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Way:
+    """Through the people, for the tracker to follow."""
+
+    found_ns: int
+    reference: Reference | None  # None: nowhere, it stands
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StackState:
     now_ns: int = 0
     sequence: int = 0
@@ -66,8 +74,7 @@ class StackState:
     plan: Plan | None = None
     plan_due_ns: int = 0
     topology: TopologyState = field(default_factory=TopologyState)
-    no_way: bool = False  # no planner among people found anything in the last plan
-    reference: Reference | None = None  # what the tracker follows; None: nothing, it brakes
+    way: Way | None = None  # the last one found among people
     tracker: TrackerState = TrackerState()
     monitor: MonitorState = MonitorState()
     looks: int = 0  # of the monitor, since start

@@ -8,6 +8,7 @@ road or the stops of ten minutes come to their end, or when it does not come bac
 import argparse
 import random
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -209,6 +210,7 @@ def main() -> int:
     if missing():
         print(f"make faults: {missing()}", file=sys.stderr)
         return 2
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as Ctrl-C: the rig takes everything down that it started
     shots, commit = load(RESULTS), present_commit()
     held = {(shot.kind, shot.number) for shot in shots if shot.held and shot.commit == commit and not arguments.again}
     todo = [(kind, number) for number in range(1, arguments.rounds + 1) for kind in kinds if (kind.name, number) not in held]

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import tomli_w
@@ -137,13 +138,16 @@ def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None 
                 process.wait()
 
 
+def halved(camera: dict[str, Any]) -> dict[str, Any]:
+    """The same view, half as wide and high."""
+    sizes = {name: camera[name] // 2 for name in ("width_px", "height_px")}
+    return camera | sizes | {"focal_length_px": camera["focal_length_px"] / 2}
+
+
 def with_lighter_pictures(folder: Path) -> Path:
     """The shipped simulated car with its front camera alone, a quarter of the pixels; the same view."""
     tables = read_tables(shipped("simulated.toml"))
-    (front,) = (camera for camera in tables["vehicle"]["cameras"] if camera["name"] == "front")
-    front.update({name: front[name] / 2 for name in ("width_px", "height_px", "focal_length_px")})
-    front.update(width_px=int(front["width_px"]), height_px=int(front["height_px"]))
-    tables["vehicle"]["cameras"] = [front]
+    tables["vehicle"]["cameras"] = [halved(camera) for camera in tables["vehicle"]["cameras"] if camera["name"] == "front"]
     written = folder / "lighter.toml"
     written.write_bytes(tomli_w.dumps(tables).encode())
     return written
@@ -181,9 +185,7 @@ def standing_car(sessions: Path, scenario: str) -> Iterator[tuple[Path, Observer
     the size at 13.5 a second: this is about what a person does, not about encoding.
     """
     tables = choose(shipped("simulated.toml"), scenario, "")
-    for camera in tables["vehicle"]["cameras"]:
-        camera |= {name: camera[name] // 2 for name in ("width_px", "height_px")}
-        camera |= {"focal_length_px": camera["focal_length_px"] / 2, "frame_rate_hz": 13.5}
+    tables["vehicle"]["cameras"] = [halved(camera) | {"frame_rate_hz": 13.5} for camera in tables["vehicle"]["cameras"]]
     tables["vehicle_gateway"]["limits"]["authority"]["engage_autonomously"] = False
     tables["tower"]["cockpit"] |= {"device": "keyboard", "operator": "ann"}
     folder = utc_folder(sessions)

@@ -1,7 +1,8 @@
 """A car and a tower that stay up while they are hurt again and again: two namespaces, a bad way between them, real programs.
 
 The scripted operator is keen: he takes the car whenever he may and keeps it, on a straight road without a site. After each fault
-what was killed is started again, what was stopped goes on, the way is perfect, and the rig waits until he drives at speed.
+what was killed is started again, what was stopped goes on, the way is perfect, and the rig waits until he drives at speed. All
+cameras, half as wide and high: this is about faults, not about how fast this machine draws and encodes.
 Needs root, `ip` and /dev/net/tun. The truth is the referee's own log.
 """
 
@@ -19,7 +20,7 @@ from typing import Any
 import tomli_w
 
 from benchmarks.bad_way import BadWay, bad_way
-from benchmarks.rig import RefereeLog, RigError
+from benchmarks.rig import RefereeLog, RigError, halved
 from benchmarks.slow_disk import Disk, slow_disk
 from benchmarks.two_machines import CAR_ADDRESS, Listener, Machine, Sites, two_machines
 from wire.configuration import read_tables
@@ -173,6 +174,7 @@ def _configure(sites: Sites) -> None:
             tables["autonomy"]["map"] = tables["vehicle_gateway"]["map"] = str(machine.folder.parent / "long.toml")
             limits = tables["vehicle_gateway"].setdefault("limits", {})
             limits.setdefault("hand_over", {}).update(stops_max=STOPS_MAX, certificate_left_s=0.0)  # short ones are a kind of fault
+            tables["vehicle"]["cameras"] = [halved(camera) for camera in tables["vehicle"]["cameras"]]
             own = {"folder": str(machine.folder / MOUNTED), "name": machine.folder.name}
             recorder = tables | {"wire": tables["wire"] | {"session": own}}
             (machine.folder / RECORDER).write_bytes(tomli_w.dumps(recorder).encode())

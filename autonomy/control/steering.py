@@ -15,6 +15,7 @@ from autonomy.planning.route import Lane, Shift, curvature_at_1_m
 from wire.messages.base import Message
 from wire.road import Road, RoadPoint, wrap_angle
 
+CREEP_M_S = 1.0  # slower, lateral motion says nothing
 Positive = Annotated[float, Meta(gt=0.0, le=50.0)]
 
 
@@ -23,7 +24,10 @@ class SteeringSettings(Message):
     damping: Positive = 0.9  # D
     preview_s: Positive = 0.5  # command to effect at the wheels, about twice the steering's lag
     approach_max_rad: Positive = 0.35  # angle at which a far path is approached
-    rate_max_rad_s: Positive = 0.11  # of the road wheels; a step of 10 ms then passes the gate in one of 4 ms at 25 km/h
+    # What the gate lets pass (0.6 rad/s, 5 m/s3), less as far as a step of 10 ms may come in one of its 4 ms.
+    rate_max_rad_s: Positive = 0.24  # of the road wheels
+    lateral_jerk_max_m_s3: Positive = 2.0
+    turning_m: Positive = 2.0  # the most that is driven while the wheels still turn to where they are wanted
 
 
 def wanted_angle_rad(
@@ -48,6 +52,16 @@ def wanted_angle_rad(
     turn = wrap_angle(heading_rad - at.heading_rad) - slope
     angle = atan(shape.wheelbase_m * (bend - damping * (turn + approach)))
     return min(max(angle, -shape.road_wheel_angle_max_rad), shape.road_wheel_angle_max_rad)
+
+
+def rate_max_rad_s(speed_m_s: float, shape: CarShape, settings: SteeringSettings) -> float:
+    """Lateral acceleration is curvature times speed squared: the faster the car, the slower its wheels turn. At small angles."""
+    return min(settings.rate_max_rad_s, settings.lateral_jerk_max_m_s3 * shape.wheelbase_m / max(speed_m_s, CREEP_M_S) ** 2)
+
+
+def turning_speed_m_s(away_rad: float, rate_rad_s: float, settings: SteeringSettings) -> float:
+    """So fast that the car drives no more than `turning_m` until its wheels, so far away from where they are wanted, are there."""
+    return settings.turning_m * rate_rad_s / max(abs(away_rad), 1e-6)
 
 
 def toward(previous: float, wanted: float, step_max: float) -> float:

@@ -3,8 +3,9 @@
 It decides where in the lane, and when, people are passed. What stands is the braking planner's: the goal, a closed lane, whoever
 stands in the way, bends, an open take-over request. Its ceiling caps the planned speeds place by place and the tracker's command,
 so that nothing the one knows is lost on the other; its stops for people who walk count only where they have become firm. The
-oncoming lane is no road here. While a take-over is asked for, or no way is found, the braking planner drives alone: on a wheel
-that swings round people nobody can align his own.
+oncoming lane is no road here. It drives a car that is in its lane, as it is to be taken over by nobody: else, or when it has
+found no way for a while, the braking planner drives alone. From beside the lane no way in it can be found, and on a wheel that
+swings round people nobody can align his own.
 
 Beyond the 4 s that tracks are predicted for, people go on as they went, to the horizon's end: whoever is not predicted there
 would be free room. Their deviation grows as in the published planner, 0.3 m dt sqrt(k) a stage: at 10 Hz a plan need not reckon
@@ -13,7 +14,7 @@ with what somebody might decide in seven seconds, or it would never go.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from math import cos, hypot, inf, sin
+from math import cos, hypot, inf, pi, sin, tan
 
 import numpy as np
 
@@ -33,8 +34,10 @@ BEHIND_M, BEYOND_M = 10.0, 60.0  # of the road: neither the car's rear nor the h
 SPREAD_M = 0.3  # source: see above
 NEAR_LANE_M = 1.0  # who comes no nearer to the lane within the horizon is left out
 BACK_M, SPARE_M = 15.0, 0.05  # a car beside its lane is back in it after so much; and has so much more room than it needs
-TURN_M = 4.0
+OUT_M = 0.25  # no farther beside it
+ROLLED_M = 4.0  # that a car rolls on with its wheels as they stand: it is in its lane when it is so then as well
 NEAR_M, NEAR_RAD, NEAR_M_S = 0.15, 0.05, 0.3  # of where the last plan expected the car: three deviations of what is measured
+NEAR_WHEELS_RAD = 0.05  # a half second of what the wheels can turn
 PASSED_M = 3.0  # behind the rear bumper
 PEOPLE_MAX = 24  # the nearest; the work grows with them
 
@@ -53,14 +56,16 @@ def around(
     path: ReferencePath,
     settings: PlanningSettings,
     before: Trajectory | None = None,
-) -> Around:
-    """What the topology planner is asked for the plan that the braking planner `made`.
+) -> Around | None:
+    """What the topology planner is asked for the plan that the braking planner `made`; None: it is not its turn, too far beside.
 
-    before  what was taken a plan's period ago: a car that is about where that says is taken to be there. Else the noise of every
-            measurement would be a new way, and the wheels would follow it.
+    before  what was taken a plan's period ago, None when it was not its turn: a car that is about where that says is taken to be
+            there. Else the noise of every measurement would be a new way, and the wheels would follow it.
     """
-    wanted = ceiling_of(made, situation.road, settings)(situation.station_m)
     car = car_on(path, *_expected(before, pose, angle_rad))
+    if not is_in_lane(car, situation.shape, path, was=before is not None):
+        return None
+    wanted = ceiling_of(made, situation.road, settings)(situation.station_m)
     room = with_room_for(car, situation.shape, path)
     return Around(car=car, path=room, predictions=predicted(made, situation), speed_m_s=wanted)
 
@@ -72,8 +77,13 @@ def _expected(before: Trajectory | None, pose: Pose, angle_rad: float) -> tuple[
     share = PLAN_PERIOD_S / STEP_S
     x, y, heading, speed, angle, _ = (float(value) for value in (1.0 - share) * before.states[0] + share * before.states[1])
     away_m = hypot(x - pose.x_m, y - pose.y_m)
-    near = away_m < NEAR_M and abs(heading - pose.heading_rad) < NEAR_RAD and abs(speed - pose.speed_m_s) < NEAR_M_S
-    if not near:
+    gaps = (
+        (away_m, NEAR_M),
+        (heading - pose.heading_rad, NEAR_RAD),
+        (speed - pose.speed_m_s, NEAR_M_S),
+        (angle - angle_rad, NEAR_WHEELS_RAD),
+    )
+    if any(abs(gap) >= most for gap, most in gaps):
         return pose, angle_rad
     return replace(pose, x_m=x, y_m=y, heading_rad=heading, speed_m_s=speed), angle
 
@@ -95,42 +105,51 @@ def car_on(path: ReferencePath, pose: Pose, angle_rad: float) -> CarState:
     )
 
 
+def is_in_lane(car: CarState, shape: CarShape, path: ReferencePath, was: bool) -> bool:
+    """Near enough to its lane for a way in it to be found; was: it has been until now."""
+    if was:
+        return max(_beside(car, shape, path)) <= OUT_M
+    return max(*_beside(car, shape, path), *_beside(rolled(car, shape, ROLLED_M), shape, path)) <= 0.0
+
+
+def rolled(car: CarState, shape: CarShape, distance_m: float) -> CarState:
+    """So much farther with its wheels as they stand."""
+    turn = distance_m * tan(car.road_wheel_angle_rad) / shape.wheelbase_m
+    chord_m = distance_m * float(np.sinc(turn / (2.0 * pi)))
+    x, y = car.x_m + chord_m * cos(car.heading_rad + turn / 2.0), car.y_m + chord_m * sin(car.heading_rad + turn / 2.0)
+    return replace(car, x_m=x, y_m=y, heading_rad=car.heading_rad + turn, station_m=car.station_m + distance_m)
+
+
 def with_room_for(car: CarState, shape: CarShape, path: ReferencePath) -> ReferencePath:
     """The path with room for a car that stands partly beside its lane: as much as it needs now, less and less ahead.
 
-    A planner that may not be where it is finds no way, and the car would stand there for good. Nor can it turn on the spot:
-    what its body needs when it goes on as it points for TURN_M counts as well. A car that is all in its lane gets nothing: it
-    would gain a little each time it points outwards.
+    A planner that may not be where it is finds no way, and the car would stand there for good. A car that is all in its lane
+    gets nothing: it would gain a little each time it points outwards.
     """
-    bodies = (-shape.rear_m, shape.front_m)
-    if _is_in(path, car, shape, bodies):
+    beside = _beside(car, shape, path)
+    if max(beside) <= 0.0:
         return path
-    left, right = _needed(path, car, shape, (*bodies, shape.front_m + TURN_M))
     ahead_m = path.knots_m - (car.station_m + shape.front_m)
     share = np.clip(1.0 - ahead_m / BACK_M, 0.0, 1.0)
-    needs_left, needs_right = (
-        np.maximum(needed + SPARE_M - room, 0.0) for needed, room in ((left, path.room_left_m), (right, path.room_right_m))
-    )
-    return replace(path, room_left_m=path.room_left_m + share * needs_left, room_right_m=path.room_right_m + share * needs_right)
+    left, right = (share * (out_m + SPARE_M if out_m > 0.0 else 0.0) for out_m in beside)
+    return replace(path, room_left_m=path.room_left_m + left, room_right_m=path.room_right_m + right)
 
 
-def _is_in(path: ReferencePath, car: CarState, shape: CarShape, ahead_m: Sequence[float]) -> bool:
-    left, right = _needed(path, car, shape, ahead_m)
-    here = np.searchsorted(path.knots_m, car.station_m).clip(0, len(path.knots_m) - 1)
-    return bool(left <= path.room_left_m[here] and right <= path.room_right_m[here])
+def _beside(car: CarState, shape: CarShape, path: ReferencePath) -> tuple[float, float]:
+    """How far the car's corners reach over the left and the right edge of its lane; negative: so far within."""
+    offsets = list(_offsets(car, shape, path))
+    left, right = (float(np.interp(car.station_m, path.knots_m, room)) for room in (path.room_left_m, path.room_right_m))
+    return max(offsets) - left, -min(offsets) - right
 
 
-def _needed(path: ReferencePath, car: CarState, shape: CarShape, ahead_m: Sequence[float]) -> tuple[float, float]:
-    """How far the car's sides, so far ahead of its rear axle, reach to the left and the right of the path."""
-    left, right = 0.0, 0.0
-    for ahead in ahead_m:
+def _offsets(car: CarState, shape: CarShape, path: ReferencePath) -> Iterator[float]:
+    """Of its corners from the path, left positive."""
+    for ahead in (-shape.rear_m, shape.front_m):
         at_x, at_y, heading = path.at(car.station_m + ahead)
         for aside in (-shape.half_width_m, shape.half_width_m):
             x = car.x_m + ahead * cos(car.heading_rad) - aside * sin(car.heading_rad) - at_x
             y = car.y_m + ahead * sin(car.heading_rad) + aside * cos(car.heading_rad) - at_y
-            offset = y * cos(heading) - x * sin(heading)
-            left, right = max(left, offset), max(right, -offset)
-    return left, right
+            yield y * cos(heading) - x * sin(heading)
 
 
 def predicted(made: Plan, situation: Situation) -> Predictions:

@@ -83,6 +83,11 @@ class TopologyState:
     taken: Candidate | None = None
     found: Mapping[int, Trajectory] = field(default_factory=dict)  # of the last cycle, the feasible ones by class
 
+    @property
+    def lost(self) -> bool:
+        """In the last cycle no planner found anything."""
+        return self.taken is not None and self.taken.identity == BRAKING
+
 
 def plan(
     state: TopologyState, around: Around, shape: CarShape, settings: TopologySettings, elapsed_s: float = PLAN_PERIOD_S

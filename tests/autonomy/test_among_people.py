@@ -8,7 +8,7 @@ import pytest
 from autonomy.car_shape import car_shape
 from autonomy.localization.ekf import Pose
 from autonomy.perception.tracking import Track
-from autonomy.planning.among_people import around, capped, counting, lane_of, predicted, with_room_for
+from autonomy.planning.among_people import OUT_M, around, capped, counting, is_in_lane, lane_of, predicted, rolled, with_room_for
 from autonomy.planning.among_people import car_on as placed
 from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation, plan
 from autonomy.planning.horizon import STEP_S, STEPS, Trajectory
@@ -83,6 +83,49 @@ def test_a_car_that_reaches_out_of_its_lane_may_be_where_it_is_and_less_and_less
     assert (np.diff(more) <= 1e-12).all() and (out.room_left_m == LANE.room_left_m).all()
 
 
+@pytest.mark.parametrize(
+    ("y", "heading", "wheels", "in_lane"),
+    [
+        (-1.75, 0.0, 0.0, True),
+        (-1.75, 0.15, 0.0, False),  # four metres on its left front corner would be 0.27 m beyond the middle of the road
+        (-1.75, 0.15, -0.1, True),  # its wheels lead it back by then
+        (-1.75, 0.0, 0.3, False),
+        (-0.8, 0.0, 0.0, False),  # 0.08 m out
+    ],
+)
+def test_a_car_is_in_its_lane_when_it_will_be_so_as_its_wheels_stand(
+    y: float, heading: float, wheels: float, in_lane: bool
+) -> None:
+    assert is_in_lane(placed(LANE, pose(y=y, heading=heading), wheels), SHAPE, LANE, was=False) is in_lane
+    assert is_in_lane(placed(LANE, pose(y=y, heading=heading), wheels), SHAPE, LANE, was=True)
+
+
+def test_once_in_its_lane_it_may_be_a_little_beside_it() -> None:
+    edge = -SHAPE.half_width_m + OUT_M
+    for beyond, kept in ((-0.01, True), (0.01, False)):
+        assert is_in_lane(placed(LANE, pose(y=edge + beyond), 0.0), SHAPE, LANE, was=True) is kept
+
+
+@pytest.mark.parametrize("wheels", [-0.4, -1e-9, 0.0, 0.2])
+def test_a_car_rolls_on_an_arc_of_its_wheels_radius(wheels: float) -> None:
+    """The second rule: a thousand straight pieces."""
+    start = placed(LANE, pose(heading=0.1), wheels)
+    x, y, heading, piece = start.x_m, start.y_m, start.heading_rad, 4.0 / 1000
+    for _ in range(1000):
+        x, y, heading = (
+            x + piece * np.cos(heading),
+            y + piece * np.sin(heading),
+            heading + piece * np.tan(wheels) / SHAPE.wheelbase_m,
+        )
+    end = rolled(start, SHAPE, 4.0)
+    assert (end.x_m, end.y_m, end.heading_rad) == pytest.approx((x, y, heading), abs=0.005)
+
+
+def test_beside_its_lane_nothing_is_asked() -> None:
+    assert around(made(), situation(), pose(y=-0.6), 0.0, LANE, SETTINGS) is None
+    assert around(made(), situation(), pose(y=-0.6), 0.0, LANE, SETTINGS, straight()) is None
+
+
 def test_people_who_walk_go_on_to_the_end_of_the_horizon_and_grow_less_certain() -> None:
     """Tracks are predicted for 4 s, plans reach 7 s: whoever was not there would be free room."""
     found = predicted(made(), situation(person(35.0, -5.0, 0.0, 0.5)))
@@ -105,13 +148,18 @@ def test_who_walks_counts_as_a_stop_only_when_firm_braking_alone_avoids_them() -
     assert [stop.cause for stop in counting(made(near), SETTINGS)] == ["goal", "person"]
 
 
-@pytest.mark.parametrize(("x", "speed", "expected"), [(20.7, 6.1, 20.6), (20.55, 5.9, 20.6), (20.9, 6.1, 20.9), (20.6, 6.5, 20.6)])
-def test_a_plan_begins_where_the_last_one_expected_the_car_unless_it_is_elsewhere(x: float, speed: float, expected: float) -> None:
+@pytest.mark.parametrize(
+    ("x", "speed", "wheels", "expected"),
+    [(20.7, 6.1, 0.02, 20.6), (20.55, 5.9, 0.02, 20.6), (20.9, 6.1, 0.02, 20.9), (20.6, 6.5, 0.02, 20.6), (20.7, 6.1, 0.06, 20.7)],
+)
+def test_a_plan_begins_where_the_last_one_expected_the_car_unless_it_is_elsewhere(
+    x: float, speed: float, wheels: float, expected: float
+) -> None:
     """A tenth of a second at 6 m/s after 20 m."""
-    asked = around(made(), situation(), pose(x=x, speed=speed), 0.02, LANE, SETTINGS, straight())
+    asked = around(made(), situation(), pose(x=x, speed=speed), wheels, LANE, SETTINGS, straight())
     assert asked.car.x_m == pytest.approx(expected)
-    near = abs(x - 20.6) < 0.15 and abs(speed - 6.0) < 0.3
-    assert (asked.car.speed_m_s, asked.car.road_wheel_angle_rad) == pytest.approx((6.0, 0.0) if near else (speed, 0.02))
+    near = abs(x - 20.6) < 0.15 and abs(speed - 6.0) < 0.3 and abs(wheels) < 0.05
+    assert (asked.car.speed_m_s, asked.car.road_wheel_angle_rad) == pytest.approx((6.0, 0.0) if near else (speed, wheels))
 
 
 def test_without_a_last_plan_or_after_one_that_was_not_feasible_it_begins_as_measured() -> None:

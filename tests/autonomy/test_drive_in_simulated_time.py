@@ -236,7 +236,7 @@ class Drive:
     trace: list[tuple[float, float, float, float, float]]  # time, station, offset, speed, commanded acceleration
 
 
-def drive(world: World, seconds: float, operator: "Operator | None" = None, planner: str = "braking") -> Drive:
+def drive(world: World, seconds: float, operator: "Operator | HandsBack | None" = None, planner: str = "braking") -> Drive:
     """The automation drives, until the operator (if there is one) takes over."""
     setup, state = setup_for(world.road, planner), StackState()
     made = Drive(0.0, set(), set(), [], [], [])
@@ -398,6 +398,45 @@ def test_a_cone_at_the_side_of_the_lane_is_passed_inside_the_lane_and_nobody_is_
     assert made.trace[-1][1] > 80.0
     assert world.closest_m > 0.1
     assert all(-2.62 < offset < -0.88 for _, _, offset, _, _ in made.trace)  # the whole car inside its lane
+
+
+@dataclass
+class HandsBack:
+    """Drives for 0.3 s, wheel and speed held."""
+
+    mode: Mode = Mode.REMOTE
+
+    def look(self, _: AutonomyStatus | None, world: World) -> None:
+        self.mode = Mode.REMOTE if world.now_ns < START_NS + 300_000_000 else Mode.AUTONOMOUS
+
+    def steer(self, world: World) -> tuple[float, float]:
+        return world.angle, 0.0
+
+
+@pytest.mark.parametrize(
+    ("place", "wheels", "speed", "planner"),
+    [
+        ((175.0, 0.58, 0.08), 0.35, 1.5, "braking"),
+        ((181.2, 1.16, 0.23), 0.33, 1.5, "braking"),
+        ((188.0, 0.0, 0.04), -0.35, 3.0, "braking"),
+        ((175.0, 0.58, 0.08), 0.35, 1.5, "topology"),
+        ((197.4, 0.54, 0.13), 0.32, 1.5, "topology"),
+    ],
+)
+def test_handed_back_beside_its_lane_with_its_wheels_turned_it_finds_back_to_it(
+    place: tuple[float, float, float], wheels: float, speed: float, planner: str
+) -> None:
+    """With wheels that turned as slowly at 2 m/s as at 7 it swung wider and wider, off the road."""
+    scenario, road = default_scenario(with_site=True)
+    world, (station, left, turned) = World(scenario, road, seed=1), place
+    world.x, world.y, heading = road.to_world(station, road.own_lane_offset_m + left)
+    world.heading, world.angle, world.speed = heading + turned, wheels, speed
+    made = drive(world, 12.0, HandsBack(), planner)
+    offsets = [offset - road.own_lane_offset_m for time, _, offset, _, _ in made.trace]
+    assert max(map(abs, offsets)) < left + 1.6
+    assert max(map(abs, offsets[-20:])) < (0.1 if planner == "braking" else 0.9)  # or, among people, inside the lane
+    assert world.closest_m > 0.5
+    assert made.requests == set()
 
 
 def test_before_the_first_fix_it_is_not_healthy_and_commands_nothing() -> None:
