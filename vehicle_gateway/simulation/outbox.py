@@ -25,7 +25,8 @@ class Outbox:
     def __init__(self, settings: LinkSettings, role: Role, clock: Clock, fifo_priority: int = 0) -> None:
         """Raises LinkError when the certificates are missing.
 
-        fifo_priority  of its thread, which takes the interpreter's lock while it encodes: the loop would wait for it
+        fifo_priority  of its thread, which takes the interpreter's lock while it encodes: the loop would wait for it; and of the
+                       link's own: behind everybody's pictures they would keep what the car senses
         """
         session_configuration(settings, role, hub=False)
         self._settings, self._role, self._clock = settings, role, clock
@@ -45,7 +46,8 @@ class Outbox:
     def _publish(self) -> None:
         raise_priority(self._fifo_priority)
         try:
-            with open_link(self._settings, self._role, self._clock, self._stop) as link:
+            opening = open_link(self._settings, self._role, self._clock, self._stop, fifo_priority=self._fifo_priority)
+            with opening as link:
                 self._waiting.clear()  # what was said before anybody could hear it is stale
                 while not self._stop.is_set():
                     self._news.wait()
