@@ -25,9 +25,11 @@ class Phase(StrEnum):
 
 
 class AlignmentSettings(Message):
-    torque_max: Annotated[float, Meta(gt=0.0, le=0.6)] = 0.4
+    # Strength and stiffness together: a torque that may change by 2 a second comes late, and a stronger or stiffer spring then
+    # swings a free wheel to and fro for good, once a swinging car has set it off (tests: 0.02 and 0.035 kg m2, 2.2 and 3.5 Nm).
+    torque_max: Annotated[float, Meta(gt=0.0, le=0.6)] = 0.2
     ramp_s: Annotated[float, Meta(gt=0.05, le=5.0)] = 1.0
-    stiffness_1_rad: Annotated[float, Meta(gt=0.1, le=10.0)] = 1.6  # leaves 1 deg against 0.05 Nm of friction
+    stiffness_1_rad: Annotated[float, Meta(gt=0.1, le=10.0)] = 1.4  # leaves 1 deg against 0.05 Nm of friction
     damping_s: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.2  # per rad/s, against the rate of the centre
     rate_max_rad_s: Annotated[float, Meta(gt=0.1, le=5.0)] = 1.5  # of the walking centre: a hand on the rim can let it pass
     approach_s: Annotated[float, Meta(gt=0.05, le=2.0)] = 0.15  # the centre's last bit is exponential, not a stop

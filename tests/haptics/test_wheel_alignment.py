@@ -1,5 +1,5 @@
 from dataclasses import dataclass, replace
-from math import radians
+from math import pi, radians, sin
 
 import pytest
 from hypothesis import given
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from haptics.alignment import Phase, WheelInputs, WheelState, command_angle_rad, step
 from haptics.settings import HapticsSettings
-from haptics.virtual_wheel import VirtualWheel, turned
+from haptics.virtual_wheel import VirtualWheel, VirtualWheelSettings, turned
 
 HAPTICS = HapticsSettings()
 LIMITS = HAPTICS.wheel_limits()
@@ -33,6 +33,7 @@ class Bench:
     seen: WheelInputs = CALM
     state: WheelState = WheelState()
     wheel: VirtualWheel = VirtualWheel()
+    motor: VirtualWheelSettings = HAPTICS.virtual_wheel
     tick: int = 0
     fastest: float = 0.0
     strongest: float = 0.0
@@ -47,7 +48,7 @@ class Bench:
             self.tick += 1
             self.seen = replace(self.seen, angle_rad=self.wheel.angle_rad, rate_rad_s=self.wheel.rate_rad_s)
             self.state = step(self.state, self.seen, self.now_ns, 0.004, LIMITS)
-            self.wheel = turned(self.wheel, self.state.torque, arms_nm, 8.4, 0.004, HAPTICS.virtual_wheel)
+            self.wheel = turned(self.wheel, self.state.torque, arms_nm, 8.4, 0.004, self.motor)
             self.fastest = max(self.fastest, abs(self.wheel.rate_rad_s))
             self.strongest = max(self.strongest, abs(self.state.torque))
         return self
@@ -62,7 +63,7 @@ def test_a_free_wheel_finds_the_cars_angle_without_haste_or_force_and_stays(car_
     bench = Bench().run(8.0, wanted=True, car_angle_rad=car_angle_rad)
     assert bench.state.phase is Phase.READY
     assert abs(bench.wheel.angle_rad - car_angle_rad) < radians(3.0)
-    assert bench.fastest < 2.0 and bench.strongest <= 0.4
+    assert bench.fastest < 2.0 and bench.strongest <= 0.2
     settled = bench.wheel.angle_rad
     bench.run(3.0)
     assert bench.state.phase is Phase.READY and abs(bench.wheel.angle_rad - settled) < radians(0.5)
@@ -74,6 +75,21 @@ def test_the_wheel_follows_an_automation_that_steers_through_a_bend() -> None:
         bench.run(0.02, car_angle_rad=0.008 * tick)
     bench.run(1.5)
     assert bench.state.phase is Phase.READY
+
+
+@pytest.mark.parametrize(
+    "motor", [VirtualWheelSettings(), VirtualWheelSettings(inertia_kg_m2=0.02), VirtualWheelSettings(motor_max_nm=3.5)]
+)
+@pytest.mark.parametrize("swings_hz", [0.5, 1.0, 1.5])
+def test_a_free_wheel_that_a_swinging_car_has_set_off_comes_to_rest(motor: VirtualWheelSettings, swings_hz: float) -> None:
+    """With 0.4 on 1.6 / rad it went on swinging by 30 degrees, and nobody with a keyboard could take over."""
+    bench = Bench(motor=motor)
+    for tick in range(115):  # 2.3 s, told at 50 Hz
+        bench.run(0.02, wanted=True, car_angle_rad=1.5 * sin(2 * pi * swings_hz * 0.02 * tick))
+    bench.run(3.0, car_angle_rad=0.0)
+    assert bench.state.phase is Phase.READY
+    bench.fastest = 0.0
+    assert bench.run(1.0).fastest < 0.1
 
 
 def test_ready_comes_half_a_second_after_the_wheel_is_within_three_degrees() -> None:
@@ -98,15 +114,15 @@ def test_stale_telemetry_takes_the_pull_away_and_leaves_the_damping() -> None:
     assert bench.state.torque * bench.wheel.rate_rad_s <= 0.0 and abs(bench.state.torque) < 0.15
 
 
-def test_a_hand_that_blocks_the_wheel_feels_no_more_than_0_4_and_control_does_not_pass() -> None:
+def test_a_hand_that_blocks_the_wheel_feels_no_more_than_0_2_and_control_does_not_pass() -> None:
     bench = Bench()
     for _ in range(1000):
         bench.wheel = VirtualWheel()
         bench.run(0.004, wanted=True, car_angle_rad=2.0)
-    assert 0.39 < bench.strongest <= 0.4 and bench.state.phase is Phase.ALIGN
+    assert 0.19 < bench.strongest <= 0.2 and bench.state.phase is Phase.ALIGN
     bench.fastest = 0.0
-    # let go of, it has the energy of 0.25 rad on the spring, and the walking centre: 0.25 sqrt(1.6 * 2.2 / 0.035) + 1.5 rad/s
-    assert bench.run(2.0).fastest < 4.0
+    # let go of, it has the energy of 0.143 rad on the spring, and the walking centre: 0.143 sqrt(1.4 * 2.2 / 0.035) + 1.5 rad/s
+    assert bench.run(2.0).fastest < 2.9
     assert abs(bench.wheel.angle_rad - 2.0) < radians(3.0)
 
 
