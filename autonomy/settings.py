@@ -46,7 +46,7 @@ class AutonomySettings(Message):
     localization: LocalizationSettings = LocalizationSettings()
     tracking: TrackingSettings = TrackingSettings()
     planning: PlanningSettings = PlanningSettings()
-    planner: Literal["braking", "topology"] = "braking"  # who decides how people are passed; what stands is the braking planner's
+    planner: Literal["braking", "topology"] = "topology"  # who decides how people are passed; what stands is the braking planner's
     topology: TopologySettings = TopologySettings(local=LOCAL, learned_guess=False)  # learned at walking pace
     tracker: MpccSettings = MpccSettings(
         acceleration_max_m_s2=ACCELERATION_M_S2,

@@ -61,7 +61,8 @@ def table(shots: Sequence[Shot], kinds: Sequence[Named], note: str) -> str:
     lines = [
         "# Faults, with real processes",
         "",
-        f"`make faults`, {machine}: {held} of {len(run)} kinds held, {len(shots)} shots. Worst of its shots in each column.",
+        f"`make faults`, {machine}, cameras half as wide and high: {held} of {len(run)} kinds held, {len(shots)} shots. "
+        "Worst of its shots in each column.",
         "",
         f"`{note}`",
         "",

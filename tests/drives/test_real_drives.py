@@ -104,7 +104,7 @@ def test_the_summary_is_what_the_recordings_program_says(finished):
 def test_the_recording_holds_both_sides_every_cycle_and_pictures_that_decode(finished):
     folder, _, _ = finished
     with open_recording(folder / "drive.mcap") as recording:
-        quiet = {"tower_stop", "planner_view"}  # nobody pressed STOP; the braking planner weighs no ways
+        quiet = {"tower_stop"}  # nobody pressed STOP
         missing = {name for name, topic in TOPICS.items() if topic.recorded and topic.type} - set(recording.topics) - quiet
         assert not missing
         numbers = [cycle.number for _, cycle in recording.messages("gateway_cycle")]
