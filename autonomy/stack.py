@@ -18,7 +18,7 @@ from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose
 from autonomy.perception.tracking import TrackList, in_map_frame, update
 from autonomy.planning.among_people import around, capped, counting
 from autonomy.planning.braking_planner import Plan, Situation, plan
-from autonomy.planning.route import own_lane
+from autonomy.planning.route import Shift, own_lane
 from autonomy.planning.speed_limits import Ceiling, StopPoint, ceiling
 from autonomy.planning.topology import Decision, TopologyState
 from autonomy.planning.topology import plan as plan_topology
@@ -114,13 +114,21 @@ def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> t
         tracks=state.tracks.confirmed,
         slowing=state.slowing if state.driving else None,
     )
-    made = plan(situation, state.plan, setup.settings.planning)
+    made = plan(situation, _before(state, place, setup), setup.settings.planning)
     state, decision = _among_people(state, situation, made, place, inputs, setup)
     stands = abs(place.pose.speed_m_s) < STANDS_M_S
     waits = stands and (state.topology.lost or (made.blocked is not None and made.blocked.kind == "person"))
     since = (state.waiting_since_ns or state.now_ns) if waits and state.driving else None
     due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
     return replace(state, plan_due_ns=due, waiting_since_ns=since), decision
+
+
+def _before(state: StackState, place: Place, setup: Setup) -> Plan | None:
+    """The last plan; among people the car drove elsewhere in its lane than the braking planner thought: from there it goes on."""
+    if state.plan is None or state.way is None:
+        return state.plan
+    aside = place.at.offset_m - own_lane(setup.road).middle_m
+    return replace(state.plan, shift=Shift(place.at.station_m, aside, aside))
 
 
 def _among_people(

@@ -12,6 +12,7 @@ from autonomy.planning.among_people import OUT_M, around, capped, counting, is_i
 from autonomy.planning.among_people import car_on as placed
 from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation, plan
 from autonomy.planning.horizon import STEP_S, STEPS, Trajectory
+from tests.autonomy.seen import seen
 from wire.configuration import read_sections, shipped
 from wire.messages.vehicle import VehicleDescription
 from wire.road import Road
@@ -28,23 +29,7 @@ def pose(x: float = 20.0, y: float = -1.75, heading: float = 0.0, speed: float =
 
 
 def person(x: float, y: float, vx: float = 0.0, vy: float = 0.0, number: int = 1) -> Track:
-    return Track(
-        number=number,
-        stamp_ns=NOW_NS,
-        born_ns=0,
-        x_m=x,
-        y_m=y,
-        velocity_x_m_s=vx,
-        velocity_y_m_s=vy,
-        position_variance=0.01,
-        cross_variance=0.0,
-        velocity_variance=0.02,
-        radius_m=0.3,
-        votes=(("person", 9),),
-        hits=9,
-        confirmed=True,
-        static=vx == vy == 0.0,
-    )
+    return seen(x, y, vx, vy, number=number, stamp_ns=NOW_NS, position_variance=0.01, cross_variance=0.0)
 
 
 def situation(*tracks: Track, speed: float = 6.0) -> Situation:

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from autonomy.perception.prediction import OnRoad, deviation_after, on_road
-from autonomy.perception.tracking import Track
 from autonomy.planning.blockage import closed_by, in_lane, lateral_room
 from autonomy.planning.occupancy import occupancy
 from autonomy.planning.route import own_lane
+from tests.autonomy.seen import seen
 from wire.configuration import shipped
 from wire.road import Road
 from wire.scenario import read_map
@@ -24,25 +24,7 @@ HALF = 0.88
 def thing(
     x: float, y: float, vx: float = 0.0, vy: float = 0.0, radius: float = 0.3, kind: str = "person", number: int = 1
 ) -> OnRoad:
-    static = vx == 0.0 and vy == 0.0
-    track = Track(
-        number=number,
-        stamp_ns=0,
-        born_ns=0,
-        x_m=x,
-        y_m=y,
-        velocity_x_m_s=vx,
-        velocity_y_m_s=vy,
-        position_variance=0.004,
-        cross_variance=0.004,
-        velocity_variance=0.02,
-        radius_m=radius,
-        votes=((kind, 9),),
-        hits=9,
-        confirmed=True,
-        static=static,
-    )
-    return on_road(track, ROAD, 20.0)
+    return on_road(seen(x, y, vx, vy, kind, number, radius_m=radius), ROAD, 20.0)
 
 
 @given(speed=st.floats(-1.6, 1.6), side=st.sampled_from([-4.8, 4.7]), drift=st.floats(-0.25, 0.25))

@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from benchmarks.fault_one_cycle import Heard, Meeting, heard, meeting_in
-from tests.vehicle_gateway.test_cycle import CAR, LIMITS, MS, automation, autonomous
+from tests.vehicle_gateway.one_gateway import CAR, LIMITS, MS, automation, autonomous
 from vehicle_gateway.cycle import step
 from vehicle_gateway.identity import Identity
 from vehicle_gateway.journal import Entry, cycle_of

@@ -3,7 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.test_cycle import M, automation, remote, stopped
+from tests.vehicle_gateway.one_gateway import M, automation, remote, stopped
 from vehicle_gateway.safe_stop import stopping_distance_m
 from wire.messages.automation import TrackedObject
 

@@ -3,7 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.test_cycle import CAR, MS, REAR, M, automation, autonomous, camera_status, lag, remote, stopped
+from tests.vehicle_gateway.one_gateway import CAR, MS, REAR, M, automation, autonomous, camera_status, lag, remote, stopped
 from wire.messages.session import Action, Outcome
 
 LIMIT_AND_JUST_AFTER_MS = 0.001  # a microsecond

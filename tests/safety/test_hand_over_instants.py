@@ -6,7 +6,7 @@ The limit is the design's 300 ms; a budget ends at a nanosecond of the car's clo
 import pytest
 
 from tests.safety.world import World, driven_by_itself
-from tests.vehicle_gateway.test_cycle import MS, Drive, M, Operator, autonomous
+from tests.vehicle_gateway.one_gateway import MS, Drive, M, Operator, autonomous
 from wire.messages.session import Action, HandOverRequest, LeaseRequest, Outcome
 
 COMMIT_NS, BUDGET_S = 300 * MS, 4.0

@@ -5,8 +5,8 @@ from itertools import combinations, permutations
 import pytest
 from msgspec.structs import replace
 
+from tests.vehicle_gateway.one_gateway import LIMITS, M, autonomous, remote, stopped
 from tests.vehicle_gateway.test_authority import MAY_TAKE_FROM, STATES
-from tests.vehicle_gateway.test_cycle import LIMITS, M, autonomous, remote, stopped
 from vehicle_gateway.authority import Authority, Event, Source, driving_source, next_authority
 from vehicle_gateway.cycle import decide
 from vehicle_gateway.failsafe import Cause

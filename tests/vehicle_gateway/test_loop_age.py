@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.test_cycle import CAR, LIMITS, MS, REAR, remote
+from tests.vehicle_gateway.one_gateway import CAR, LIMITS, MS, REAR, remote
 from vehicle_gateway.actuation import ActuationDelay, Lag
 from vehicle_gateway.loop_age import loop_age_ms, motion_to_motion
 from vehicle_gateway.reports import vehicle_state_of
