@@ -3,9 +3,9 @@
 It decides where in the lane, and when, people are passed. What stands is the braking planner's: the goal, a closed lane, whoever
 stands in the way, bends, an open take-over request. Its ceiling caps the planned speeds place by place and the tracker's command,
 so that nothing the one knows is lost on the other; its stops for people who walk count only where they have become firm. The
-oncoming lane is no road here. It drives a car that is in its lane, as it is to be taken over by nobody: else, or when it has
-found no way for a while, the braking planner drives alone. From beside the lane no way in it can be found, and on a wheel that
-swings round people nobody can align his own.
+oncoming lane is no road here. It drives while the car is in its lane and nobody is asked to take over; else, or when it has found
+no way for a while, the braking planner drives alone. From beside the lane no way in it can be found, and to a wheel that swings
+round people nobody can align his own.
 
 Beyond the 4 s that tracks are predicted for, people go on as they went, to the horizon's end: whoever is not predicted there
 would be free room. Their deviation grows as in the published planner, 0.3 m dt sqrt(k) a stage: at 10 Hz a plan need not reckon
