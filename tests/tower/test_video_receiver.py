@@ -251,3 +251,10 @@ def test_a_car_that_refuses_or_answers_nonsense_is_asked_again_and_nothing_break
         assert link.asked >= 2
         with car(link, "front"):
             watch(video, "front", 3)
+
+
+def test_an_offer_that_comes_while_the_cameras_end_is_refused_in_words() -> None:
+    with loop_in_thread("test") as loop:
+        served = VideoSessions(loop, {"front": Encoder(camera("front"), VideoSettings())})
+    answer = served.answer(VideoOffer(sdp="v=0", cameras=("front",)))
+    assert (answer.sdp, answer.rule) == ("", "the car's cameras are ending; ask again")

@@ -66,7 +66,12 @@ class VideoSessions:
 
     def answer(self, offer: VideoOffer) -> VideoAnswer:
         """The answer to an offer, or the rule that refuses it. Blocks for some 20 ms; not on the loop's own thread."""
-        future = asyncio.run_coroutine_threadsafe(self._answer(offer), self._loop)
+        answering = self._answer(offer)
+        try:
+            future = asyncio.run_coroutine_threadsafe(answering, self._loop)
+        except RuntimeError:  # the loop is closed
+            answering.close()
+            return VideoAnswer(sdp="", cameras=(), rule="the car's cameras are ending; ask again")
         try:
             return VideoAnswer(sdp=future.result(_ANSWER_TIMEOUT_S), cameras=offer.cameras, rule="")
         except (OfferRefused, *_UNREADABLE) as error:
