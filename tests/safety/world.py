@@ -156,6 +156,8 @@ class World:
 
     def boot(self):
         """The gateway starts: what the disk says, and one block of epochs reserved on it before anything else."""
+        if self.boots:
+            self._move(0.0)  # what the last one sent is on its way to the wheels
         self.boots += 1
         if self.witness is not None:
             self.witness.saw_start()
