@@ -6,6 +6,7 @@ dozens of such, and one of them could have the port before its owner listens the
 
 import socket
 from contextlib import ExitStack
+from itertools import islice
 from random import SystemRandom
 
 LISTENED_ON = range(20_000, 32_768)
@@ -13,11 +14,9 @@ LISTENED_ON = range(20_000, 32_768)
 
 def free_udp_ports(count: int, among: range = LISTENED_ON) -> list[int]:
     """Different ones, at random, that nobody listens on right now. Raises OSError when there are not so many."""
-    ports: list[int] = []
     with ExitStack() as held:
-        for port in SystemRandom().sample(among, len(among)):
-            if len(ports) < count and _is_held(port, held):
-                ports.append(port)
+        shuffled = SystemRandom().sample(among, len(among))
+        ports = list(islice((port for port in shuffled if _is_held(port, held)), count))
     if len(ports) < count:
         raise OSError(f"fewer than {count} free UDP ports from {among[0]} to {among[-1]} on loopback; end other sessions here")
     return ports

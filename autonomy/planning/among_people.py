@@ -37,7 +37,7 @@ BACK_M, SPARE_M = 15.0, 0.05  # a car beside its lane is back in it after so muc
 OUT_M = 0.25  # no farther beside it
 ROLLED_M = 4.0  # that a car rolls on with its wheels as they stand: it is in its lane when it is so then as well
 NEAR_M, NEAR_RAD, NEAR_M_S = 0.15, 0.05, 0.3  # of where the last plan expected the car: three deviations of what is measured
-NEAR_WHEELS_RAD = 0.05  # a half second of what the wheels can turn
+NEAR_WHEELS_RAD = 0.05  # half a second at the rate that plans reckon with: the wheels are not where that says
 PASSED_M = 3.0  # behind the rear bumper
 PEOPLE_MAX = 24  # the nearest; the work grows with them
 

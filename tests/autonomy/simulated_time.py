@@ -15,10 +15,11 @@ from autonomy.inputs import Inputs
 from autonomy.settings import AutonomySettings
 from autonomy.stack import step
 from autonomy.state import Setup, StackState, setup_of
+from tests.messages import gateway_status
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import AutonomyStatus, Scene
 from wire.messages.sensing import DetectedObject, Gnss, Imu, ObjectList, WheelSpeeds
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode, VehicleDescription
+from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 from wire.road import Road
 from wire.scenario import Person, Scenario, Start, read_map, read_scenario
 
@@ -186,26 +187,7 @@ def wrapped(angle: float) -> float:
 
 
 def status(mode: Mode, now_ns: int) -> GatewayStatus:
-    return GatewayStatus(
-        stamp_ns=now_ns,
-        boot_id="b",
-        mode=mode,
-        mode_since_ns=0,
-        cause="",
-        lease_holder="",
-        lease_epoch=0,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=None,
-        budget_remaining_s=0.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
-    )
+    return gateway_status(stamp_ns=now_ns, mode=mode)
 
 
 def setup_for(road: Road, planner: str) -> Setup:

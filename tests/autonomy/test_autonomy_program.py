@@ -8,8 +8,9 @@ from typer.testing import CliRunner
 from autonomy.inputs import drives
 from autonomy.program import application
 from autonomy.run import setup_from
+from tests.messages import gateway_status
 from wire.configuration import ConfigurationError, shipped
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import GatewayStatus, Mode
 
 
 def test_the_shipped_configuration_gives_the_shipped_map() -> None:
@@ -49,26 +50,7 @@ def test_a_wrong_key_ends_the_program_with_one_line_and_code_2(tmp_path: Path) -
 
 
 def gateway(mode: Mode) -> GatewayStatus:
-    return GatewayStatus(
-        stamp_ns=0,
-        boot_id="b",
-        mode=mode,
-        mode_since_ns=0,
-        cause="",
-        lease_holder="",
-        lease_epoch=0,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=None,
-        budget_remaining_s=0.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
-    )
+    return gateway_status(mode=mode)
 
 
 @pytest.mark.parametrize("mode", list(Mode))

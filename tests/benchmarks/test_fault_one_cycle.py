@@ -6,7 +6,8 @@ import pytest
 from msgspec.structs import replace
 
 from benchmarks.fault_one_cycle import Heard, Meeting, heard, meeting_in
-from tests.vehicle_gateway.one_gateway import CAR, LIMITS, MS, automation, autonomous
+from tests.messages import autonomy_status
+from tests.vehicle_gateway.one_gateway import CAR, LIMITS, MS, autonomous
 from vehicle_gateway.cycle import step
 from vehicle_gateway.identity import Identity
 from vehicle_gateway.journal import Entry, cycle_of
@@ -55,7 +56,7 @@ def test_what_is_needed_of_a_cycle_is_read_from_what_the_gateway_records_of_it(a
         echoed_boot_id=drive.state.boot_id,
     )
     inputs = Inputs(
-        autonomy_status=replace(automation(), doubt=Doubt.REQUEST, request=CLOSED),
+        autonomy_status=replace(autonomy_status(), doubt=Doubt.REQUEST, request=CLOSED),
         lease_requests=tuple(LeaseRequest(operator=name, session="s2", sent_ns=0) for name in ("eve", "mallory")),
         operators=(Identity(name="tower-eve"), Identity(rule="not signed")),
         hand_over_requests=(asked,),

@@ -161,8 +161,8 @@ def test_a_killed_recorder_is_shown_and_a_killed_cockpit_stops_the_car_and_nothi
     "case",
     [
         Case(Mode.REMOTE, "gateway", signal.SIGSTOP),
-        Case(Mode.REMOTE, "video", signal.SIGKILL),
-        Case(Mode.AUTONOMOUS, "autonomy", signal.SIGKILL),
+        pytest.param(Case(Mode.REMOTE, "video", signal.SIGKILL), marks=pytest.mark.long),  # `make faults` has them all
+        pytest.param(Case(Mode.AUTONOMOUS, "autonomy", signal.SIGKILL), marks=pytest.mark.long),
     ],
     ids=lambda case: case.name,
 )

@@ -9,12 +9,13 @@ import pytest
 
 from recordings.provenance import Attached, Provenance
 from recordings.writer import DriveWriter
+from tests.messages import gateway_status
 from wire.messages.automation import Reason, TakeoverRequest
 from wire.messages.base import Gear, Indicators, Message, encode
 from wire.messages.health import LoopHealth
 from wire.messages.operating import DriveCommand, OperatorStatus, ShownFrame, WindowStatus
 from wire.messages.sensing import Imu, Referee
-from wire.messages.vehicle import Actuation, GatewayCycle, GatewayStatus, HandOver, Mode, MotionToMotion, VehicleState
+from wire.messages.vehicle import Actuation, GatewayCycle, GatewayStatus, Mode, MotionToMotion, VehicleState
 
 Row = tuple[str, Message | bytes, int]  # topic, message, received_ns
 
@@ -49,25 +50,8 @@ class Build:
         dropped: dict[str, int] | None = None,
         boot_id: str = "boot",
     ) -> GatewayStatus:
-        return GatewayStatus(
-            stamp_ns=stamp_ns,
-            boot_id=boot_id,
-            mode=mode,
-            mode_since_ns=since_ns,
-            cause="",
-            lease_holder="",
-            lease_epoch=0,
-            hand_over=HandOver(number=0, action="", state="", rule=""),
-            request=request,
-            budget_remaining_s=0.0,
-            guard_remaining_s=0.0,
-            hand_back_ready=False,
-            hand_back_note="",
-            take_refused="",
-            failsafe="",
-            stop_number=0,
-            stops_in_ten_minutes=0,
-            dropped=dropped or {},
+        return gateway_status(
+            stamp_ns=stamp_ns, boot_id=boot_id, mode=mode, mode_since_ns=since_ns, request=request, dropped=dropped or {}
         )
 
     def cycle(

@@ -18,15 +18,16 @@ from haptics.alignment import WheelInputs, WheelState
 from haptics.settings import HapticsSettings
 from recordings.provenance import Provenance
 from recordings.writer import DriveWriter
+from tests import messages
+from tests.messages import autonomy_status, gateway_status
 from tower.cockpit.torque_log import TorqueLog
-from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.cycle import step
 from vehicle_gateway.journal import Entry, Journal
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt
-from wire.messages.base import Gear, Message, encode
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode, VehicleDescription
+from wire.messages.automation import AutonomyCommand, AutonomyStatus
+from wire.messages.base import Message, encode
+from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 
 CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 LIMITS = GatewayLimits(authority=AuthorityLimits(engage_autonomously=True, engage_needs_operator=False))
@@ -65,20 +66,7 @@ def gateway_rows(cycles: int, line: Line, start_ns: int = START_NS) -> list[Row]
 
 
 def _gateway_inputs(now_ns: int, number: int, speed_m_s: float) -> Inputs:
-    feedback = Feedback(
-        speed_m_s=speed_m_s,
-        acceleration_m_s2=0.0,
-        yaw_rate_rad_s=0.01 * sin(number / 30),
-        road_wheel_angle_rad=0.0,
-        gear=Gear.DRIVE,
-        ecu_following=True,
-        brake_holding=False,
-        seat_occupied=False,
-        driver_torque_nm=0.0,
-        driver_brake=0.0,
-        emergency_button=False,
-        release_button=False,
-    )
+    feedback = messages.feedback(speed_m_s=speed_m_s, yaw_rate_rad_s=0.01 * sin(number / 30))
     command = AutonomyCommand(
         stamp_ns=now_ns, sequence=number, road_wheel_angle_rad=0.05 * sin(number / 50), acceleration_m_s2=0.4 * sin(number / 70)
     )
@@ -86,20 +74,7 @@ def _gateway_inputs(now_ns: int, number: int, speed_m_s: float) -> Inputs:
 
 
 def _healthy(now_ns: int, number: int) -> AutonomyStatus:
-    return AutonomyStatus(
-        stamp_ns=now_ns,
-        sequence=number,
-        healthy=True,
-        health_note="",
-        doubt=Doubt.NOMINAL,
-        evidence=(),
-        request=None,
-        clear_s=60.0,
-        drivable_s=60.0,
-        state_matched=True,
-        match_note="",
-        goal_reached=False,
-    )
+    return autonomy_status(stamp_ns=now_ns, sequence=number)
 
 
 def monitor_rows(steps: int) -> list[Row]:
@@ -199,25 +174,8 @@ def status() -> Callable[[int, Mode, int], GatewayStatus]:
     """status(now_ns, mode, since_ns): what the gateway tells."""
 
     def told(now_ns: int, mode: Mode, since_ns: int) -> GatewayStatus:
-        return GatewayStatus(
-            stamp_ns=now_ns,
-            boot_id="boot",
-            mode=mode,
-            mode_since_ns=since_ns,
-            cause="",
-            lease_holder="anna",
-            lease_epoch=1,
-            hand_over=HandOver(number=0, action="", state="", rule=""),
-            request=None,
-            budget_remaining_s=0.0,
-            guard_remaining_s=0.0,
-            hand_back_ready=False,
-            hand_back_note="",
-            take_refused="",
-            failsafe="",
-            stop_number=0,
-            stops_in_ten_minutes=0,
-            dropped={},
+        return gateway_status(
+            stamp_ns=now_ns, boot_id="boot", mode=mode, mode_since_ns=since_ns, lease_holder="anna", lease_epoch=1
         )
 
     return told

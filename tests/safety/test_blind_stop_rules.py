@@ -3,7 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.one_gateway import M, automation, remote, stopped
+from tests.messages import autonomy_status
+from tests.vehicle_gateway.one_gateway import M, remote, stopped
 from vehicle_gateway.safe_stop import stopping_distance_m
 from wire.messages.automation import TrackedObject
 
@@ -120,7 +121,7 @@ def test_without_a_corridor_the_speed_is_bounded_by_what_is_free_along_the_wheel
 def test_what_an_unhealthy_automation_sees_is_not_known():
     drive = remote().run(8.0)
     drive.tick(scene=drive.scene(stopping_corridor=((0.0, 500.0),)))
-    drive.status = automation(healthy=False, health_note="sensors are silent")
+    drive.status = autonomy_status(healthy=False, health_note="sensors are silent")
     drive.ann.throttle = 2.0
     with_scenes(drive, 10.0, stopping_corridor=())
     assert drive.speed == pytest.approx(WALKING, abs=0.02)

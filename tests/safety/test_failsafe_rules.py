@@ -3,7 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.one_gateway import CAR, MS, REAR, M, automation, autonomous, camera_status, lag, remote, stopped
+from tests.messages import autonomy_status
+from tests.vehicle_gateway.one_gateway import CAR, MS, REAR, M, autonomous, camera_status, lag, remote, stopped
 from wire.messages.session import Action, Outcome
 
 LIMIT_AND_JUST_AFTER_MS = 0.001  # a microsecond
@@ -124,7 +125,7 @@ def test_what_stopped_the_car_is_told_until_it_is_gone():
 
 def test_an_automation_that_is_lost_stays_the_cause_until_it_is_healthy_and_an_operator_may_take_over_all_the_same():
     drive = autonomous()
-    drive.status = automation(healthy=False, health_note="no plan")
+    drive.status = autonomy_status(healthy=False, health_note="no plan")
     stopped(drive)
     assert drive.told().failsafe == "autonomy_lost"
     assert drive.ask(Action.TAKE).outcome is Outcome.GRANTED

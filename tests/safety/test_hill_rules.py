@@ -7,7 +7,7 @@ from random import Random
 import pytest
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.one_gateway import feedback
+from tests.messages import feedback
 from tests.vehicle_gateway.test_ecu import ACTUATORS, VEHICLE
 from vehicle_gateway.authority import Authority
 from vehicle_gateway.can.actuator_codec import Demand

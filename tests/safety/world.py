@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 from msgspec.structs import replace
 
+from tests.messages import autonomy_status
 from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.can.vehicles import car_bus_of
@@ -21,7 +22,7 @@ from vehicle_gateway.memory import EPOCH_BLOCK, Remembered
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Outputs, State
 from wire.configuration import read_sections, shipped
 from wire.latest import EventQueue, Latest
-from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt, Reason, Scene, TakeoverRequest
+from wire.messages.automation import AutonomyCommand, Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear, Indicators, Message
 from wire.messages.operating import DriveCommand, TowerStop
 from wire.messages.sensing import CameraStatus
@@ -45,20 +46,7 @@ CALM = {
     "emergency_button": False,
     "release_button": False,
 }
-FIT = AutonomyStatus(
-    stamp_ns=0,
-    sequence=0,
-    healthy=True,
-    health_note="",
-    doubt=Doubt.NOMINAL,
-    evidence=(),
-    request=None,
-    clear_s=60.0,
-    drivable_s=60.0,
-    state_matched=True,
-    match_note="",
-    goal_reached=False,
-)
+FIT = autonomy_status()
 
 
 class Ear:

@@ -14,6 +14,7 @@ import msgspec
 import pytest
 
 from haptics.settings import HapticsSettings
+from tests.messages import gateway_status
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
 from tower.cockpit.settings import CockpitSettings
@@ -357,25 +358,14 @@ class Drive:
 
     def _status(self, now: int) -> GatewayStatus:
         ready = self.car.mode is Mode.REMOTE and self.request is None and self.car.station_m > SITE_M
-        return GatewayStatus(
+        return gateway_status(
             stamp_ns=now,
-            boot_id="b",
             mode=self.car.mode,
-            mode_since_ns=0,
-            cause="",
             lease_holder=self.car.holder,
             lease_epoch=self.car.epoch,
             hand_over=self.car.hand_over,
             request=self.request,
-            budget_remaining_s=0.0,
-            guard_remaining_s=0.0,
             hand_back_ready=ready,
-            hand_back_note="",
-            take_refused="",
-            failsafe="",
-            stop_number=0,
-            stops_in_ten_minutes=0,
-            dropped={},
         )
 
     def _scene(self, now: int) -> Scene:

@@ -5,32 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from haptics.alignment import Phase
+from tests.messages import gateway_status
 from tower.cockpit.hand_over import HandOverInputs, HandOverState, answered, is_driving, step, wheel_wanted
 from wire.messages.automation import Reason, TakeoverRequest
 from wire.messages.session import Action, HandOverReply, Outcome
 from wire.messages.vehicle import GatewayStatus, HandOver, Mode
 
 S = 1_000_000_000
-STATUS = GatewayStatus(
-    stamp_ns=0,
-    boot_id="b",
-    mode=Mode.AUTONOMOUS,
-    mode_since_ns=0,
-    cause="",
-    lease_holder="o",
-    lease_epoch=3,
-    hand_over=HandOver(number=0, action="", state="", rule=""),
-    request=None,
-    budget_remaining_s=0.0,
-    guard_remaining_s=0.0,
-    hand_back_ready=False,
-    hand_back_note="",
-    take_refused="",
-    failsafe="",
-    stop_number=0,
-    stops_in_ten_minutes=0,
-    dropped={},
-)
+STATUS = gateway_status(lease_holder="o", lease_epoch=3)
 REQUEST = TakeoverRequest(number=1, raised_ns=0, reasons=(Reason(channel="map", text="closed"),), budget_s=15.0, place=(0.0, 0.0))
 READY = HandOverInputs(pressed=frozenset(), phase=Phase.READY, dead_man=True, lease_epoch=3, status=STATUS, asker_busy=False)
 

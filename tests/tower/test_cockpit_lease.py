@@ -2,9 +2,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.messages import gateway_status
 from tower.cockpit.lease_client import Lease, answered, asked, contradicts, due, request, with_epoch
 from wire.messages.session import LeaseReply
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import GatewayStatus
 
 S = 1_000_000_000
 
@@ -20,26 +21,7 @@ def reply(epoch: int = 3, granted: bool = True, boot_id: str = "b", key_hex: str
 
 
 def status(epoch: int = 3, holder: str = "o", boot_id: str = "b") -> GatewayStatus:
-    return GatewayStatus(
-        stamp_ns=0,
-        boot_id=boot_id,
-        mode=Mode.AUTONOMOUS,
-        mode_since_ns=0,
-        cause="",
-        lease_holder=holder,
-        lease_epoch=epoch,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=None,
-        budget_remaining_s=0.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
-    )
+    return gateway_status(boot_id=boot_id, lease_holder=holder, lease_epoch=epoch)
 
 
 def held(at_ns: int = 0) -> Lease:

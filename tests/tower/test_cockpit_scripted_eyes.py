@@ -6,6 +6,7 @@ import msgspec
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.messages import gateway_status
 from tower.cockpit.delayed_view import DelayedView
 from tower.cockpit.devices import View
 from tower.cockpit.path_following import Pose, reckoned
@@ -14,29 +15,10 @@ from tower.cockpit.surroundings import Standing
 from tower.cockpit.way_around import WaySettings, blockers, side_at, updated
 from wire.latest import Received
 from wire.messages.operating import WindowStatus
-from wire.messages.vehicle import CameraCalibration, GatewayStatus, HandOver, Mode, VehicleDescription
+from wire.messages.vehicle import CameraCalibration, VehicleDescription
 
 MS = 1_000_000
-STATUS = GatewayStatus(
-    stamp_ns=0,
-    boot_id="b",
-    mode=Mode.AUTONOMOUS,
-    mode_since_ns=0,
-    cause="",
-    lease_holder="o",
-    lease_epoch=3,
-    hand_over=HandOver(number=0, action="", state="", rule=""),
-    request=None,
-    budget_remaining_s=0.0,
-    guard_remaining_s=0.0,
-    hand_back_ready=False,
-    hand_back_note="",
-    take_refused="",
-    failsafe="",
-    stop_number=0,
-    stops_in_ten_minutes=0,
-    dropped={},
-)
+STATUS = gateway_status(lease_holder="o", lease_epoch=3)
 
 
 def camera(name: str, required: bool) -> CameraCalibration:

@@ -6,6 +6,7 @@ from typing import Any
 
 from haptics.force_feedback import Abilities
 from haptics.settings import HapticsSettings
+from tests.messages import gateway_status
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
 from tower.cockpit.settings import CockpitSettings
@@ -16,7 +17,7 @@ from wire.latest import EventQueue, Latest
 from wire.messages.base import Gear, Lights, Message, Wipers
 from wire.messages.operating import DriveCommand, OperatorStatus, TowerStop
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, Outcome
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, Mode, VehicleDescription, VehicleState
 from wire.signature import is_genuine
 
 KEY = bytes(range(32))
@@ -121,26 +122,7 @@ class Tower:
         )
 
     def _status(self) -> GatewayStatus:
-        return GatewayStatus(
-            stamp_ns=1,
-            boot_id="b",
-            mode=self.mode,
-            mode_since_ns=1,
-            cause="",
-            lease_holder="ann",
-            lease_epoch=self.epoch,
-            hand_over=HandOver(number=0, action="", state="", rule=""),
-            request=None,
-            budget_remaining_s=0.0,
-            guard_remaining_s=0.0,
-            hand_back_ready=False,
-            hand_back_note="",
-            take_refused="",
-            failsafe="",
-            stop_number=0,
-            stops_in_ten_minutes=0,
-            dropped={},
-        )
+        return gateway_status(stamp_ns=1, mode=self.mode, mode_since_ns=1, lease_holder="ann", lease_epoch=self.epoch)
 
     @property
     def command(self) -> DriveCommand:

@@ -1,30 +1,12 @@
+from tests.messages import gateway_status
 from tower.demo.report import rows_of
 from tower.demo.story import Story
 from wire.messages.sensing import Referee
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import Mode
 
 
 def status(mode, cause="", refused=""):
-    return GatewayStatus(
-        stamp_ns=0,
-        boot_id="b",
-        mode=mode,
-        mode_since_ns=0,
-        cause=cause,
-        lease_holder="",
-        lease_epoch=0,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=None,
-        budget_remaining_s=0.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused=refused,
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
-    )
+    return gateway_status(mode=mode, cause=cause, take_refused=refused)
 
 
 def referee(elapsed_s=0.0, collisions=0, goal=False):

@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from tests.messages import gateway_status
 from tower.demo.drive import _take_one, may_be_left, write_drive
 from tower.fleet import FRESH_NS
 from wire import certificates
 from wire.clock import Clock
 from wire.configuration import ConfigurationError, read_sections, read_tables, shipped
 from wire.latest import Received
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import GatewayStatus, Mode
 from wire.settings import FleetVehicle, LinkSettings, WireSettings
 from wire.site import override
 
@@ -61,26 +62,7 @@ def test_of_several_cars_one_has_to_be_named_where_nobody_can_be_asked(tmp_path:
 
 
 def status(mode: Mode, holder: str) -> GatewayStatus:
-    return GatewayStatus(
-        stamp_ns=1,
-        boot_id="b",
-        mode=mode,
-        mode_since_ns=1,
-        cause="",
-        lease_holder=holder,
-        lease_epoch=0,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=None,
-        budget_remaining_s=0.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
-    )
+    return gateway_status(stamp_ns=1, mode=mode, mode_since_ns=1, lease_holder=holder)
 
 
 @pytest.mark.parametrize("mode", list(Mode))

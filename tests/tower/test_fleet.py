@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import pytest
 from msgspec.structs import replace
 
+from tests.messages import gateway_status
 from tower.fleet import Fleet, Seen, cells, choices, looking, towards_all, wait_for_all
 from wire import bundle, certificates
 from wire.clock import Clock
@@ -15,31 +16,12 @@ from wire.latest import Received
 from wire.link import Link, open_link
 from wire.messages.automation import Reason, TakeoverRequest
 from wire.messages.operating import TowerStop
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import GatewayStatus, Mode
 from wire.ports import free_addresses
 from wire.settings import FleetVehicle, LinkSettings
 from wire.topics import Role
 
-STATUS = GatewayStatus(
-    stamp_ns=1,
-    boot_id="b",
-    mode=Mode.AUTONOMOUS,
-    mode_since_ns=1,
-    cause="",
-    lease_holder="",
-    lease_epoch=0,
-    hand_over=HandOver(number=0, action="", state="", rule=""),
-    request=None,
-    budget_remaining_s=0.0,
-    guard_remaining_s=0.0,
-    hand_back_ready=False,
-    hand_back_note="",
-    take_refused="",
-    failsafe="",
-    stop_number=0,
-    stops_in_ten_minutes=0,
-    dropped={},
-)
+STATUS = gateway_status(stamp_ns=1, mode_since_ns=1)
 REQUEST = TakeoverRequest(
     number=1, raised_ns=1, reasons=(Reason(channel="planner", text="The lane is closed"),), budget_s=15.0, place=(0.0, 0.0)
 )

@@ -4,37 +4,19 @@ import pytest
 from msgspec.structs import replace
 
 from haptics.settings import HapticsSettings
+from tests.messages import gateway_status
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
 from tower.cockpit.one_car import held_elsewhere
 from tower.cockpit.settings import CockpitSettings
 from wire.latest import EventQueue, Latest, Received
 from wire.messages.operating import OperatorStatus
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import Mode
 
 S = 10**9
 NOW = 100 * S
-HELD = GatewayStatus(
-    stamp_ns=1,
-    boot_id="b",
-    mode=Mode.STANDBY,
-    mode_since_ns=0,
-    cause="",
-    lease_holder="ann",
-    lease_epoch=3,
-    lease_certificate="tower-hub.ann",
-    lease_silent_s=0.3,
-    hand_over=HandOver(number=0, action="", state="", rule=""),
-    request=None,
-    budget_remaining_s=0.0,
-    guard_remaining_s=0.0,
-    hand_back_ready=False,
-    hand_back_note="",
-    take_refused="",
-    failsafe="",
-    stop_number=0,
-    stops_in_ten_minutes=0,
-    dropped={},
+HELD = gateway_status(
+    stamp_ns=1, mode=Mode.STANDBY, lease_holder="ann", lease_epoch=3, lease_certificate="tower-hub.ann", lease_silent_s=0.3
 )
 
 

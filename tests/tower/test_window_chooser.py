@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.messages import gateway_status
 from tower.devices.switches import Control
 from tower.fleet import FRESH_NS, Seen
 from tower.window.chooser import Chooser, asking, stepped, view
@@ -16,33 +17,14 @@ from tower.window.fonts import Type
 from tower.window.views import Tone
 from wire.latest import Received
 from wire.messages.automation import Reason, TakeoverRequest
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import Mode
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 NOW_NS, MS = 100_000_000_000, 1_000_000
 REQUEST = TakeoverRequest(
     number=1, raised_ns=1, reasons=(Reason(channel="planner", text="the lane is closed"),), budget_s=15.0, place=(0.0, 0.0)
 )
-STATUS = GatewayStatus(
-    stamp_ns=1,
-    boot_id="b",
-    mode=Mode.STANDBY,
-    mode_since_ns=1,
-    cause="gateway started",
-    lease_holder="",
-    lease_epoch=0,
-    hand_over=HandOver(number=0, action="", state="", rule=""),
-    request=None,
-    budget_remaining_s=0.0,
-    guard_remaining_s=0.0,
-    hand_back_ready=False,
-    hand_back_note="",
-    take_refused="",
-    failsafe="",
-    stop_number=0,
-    stops_in_ten_minutes=0,
-    dropped={},
-)
+STATUS = gateway_status(stamp_ns=1, mode=Mode.STANDBY, mode_since_ns=1, cause="gateway started")
 
 
 def car(name: str, mode: Mode = Mode.STANDBY, heard_ns: int = NOW_NS - 50 * MS, **changes: object) -> Seen:

@@ -2,9 +2,10 @@
 
 import pytest
 
+from tests.messages import gateway_status
 from tower.window.age_history import Sample, add
 from tower.window.drive_log import DriveLog
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, Mode, VehicleState
 
 S = 1_000_000_000
 STORY = (
@@ -20,26 +21,7 @@ STORY = (
 
 
 def status(mode: Mode, since_s: float, now_s: float, boot_id: str = "b") -> GatewayStatus:
-    return GatewayStatus(
-        stamp_ns=round(now_s * S),
-        boot_id=boot_id,
-        mode=mode,
-        mode_since_ns=round(since_s * S),
-        cause="",
-        lease_holder="",
-        lease_epoch=0,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=None,
-        budget_remaining_s=0.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
-    )
+    return gateway_status(stamp_ns=round(now_s * S), boot_id=boot_id, mode=mode, mode_since_ns=round(since_s * S))
 
 
 def state(loop_age_ms: float) -> VehicleState:

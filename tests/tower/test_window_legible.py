@@ -9,6 +9,7 @@ import numpy as np
 import pygame
 import pytest
 
+from tests.messages import gateway_status
 from tower.window.age_history import Sample
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import CAP_SHARE, LEAST_SIZE, MEDIUM, REGULAR, Type
@@ -23,7 +24,7 @@ from wire.latest import Received
 from wire.messages.automation import Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import OperatorStatus
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, MotionToMotion, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, HandOver, Mode, MotionToMotion, VehicleDescription, VehicleState
 
 NOW = 50_000_000_000_000
 MS = 1_000_000
@@ -78,9 +79,8 @@ def test_the_smallest_text_has_capitals_of_twelve_arc_minutes_at_a_metre_and_a_h
 def sights(mode: Mode, **changes: Any) -> Sights:
     """Everything that can be said at once."""
     nothing = Actuation(road_wheel_angle_rad=0.1, acceleration_m_s2=0.5, indicators=Indicators.LEFT)
-    said = GatewayStatus(
+    said = gateway_status(
         stamp_ns=1,
-        boot_id="b",
         mode=mode,
         mode_since_ns=1,
         cause="because of something",
@@ -90,13 +90,7 @@ def sights(mode: Mode, **changes: Any) -> Sights:
         request=REQUEST if mode in (Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER) else None,
         budget_remaining_s=9.0,
         guard_remaining_s=5.0,
-        hand_back_ready=False,
         hand_back_note="the reason is still there",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
     )
     state = VehicleState(
         stamp_ns=NOW,

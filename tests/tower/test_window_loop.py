@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 import pygame
 
+from tests.messages import gateway_status
 from tower.window.display_loop import DisplayLoop
 from tower.window.keys import Control
 from tower.window.picture_layout import Box
@@ -19,7 +20,7 @@ from wire.configuration import read_sections, shipped
 from wire.latest import Latest
 from wire.messages.base import Gear, Indicators, Message, decoder, encode
 from wire.messages.operating import OperatorInput, OperatorStatus, WindowStatus
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, Mode, VehicleDescription, VehicleState
 
 MS = 1_000_000
 BEGIN_NS = 7_000_000_000_000
@@ -129,26 +130,7 @@ class Stage:
     def say(self, mode: Mode) -> None:
         stamp = self.now_ns + VEHICLE_CLOCK_NS
         self.link.level("gateway_status").put(
-            GatewayStatus(
-                stamp_ns=stamp,
-                boot_id="b",
-                mode=mode,
-                mode_since_ns=stamp,
-                cause="",
-                lease_holder="",
-                lease_epoch=0,
-                hand_over=HandOver(number=0, action="", state="", rule=""),
-                request=None,
-                budget_remaining_s=0.0,
-                guard_remaining_s=0.0,
-                hand_back_ready=False,
-                hand_back_note="",
-                take_refused="",
-                failsafe="",
-                stop_number=0,
-                stops_in_ten_minutes=0,
-                dropped={},
-            ),
+            gateway_status(stamp_ns=stamp, mode=mode, mode_since_ns=stamp),
             self.now_ns,
         )
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.messages import autonomy_status, gateway_status
 from tower.window.age_history import Sample
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import clean, fit, width, wrap
@@ -23,10 +24,10 @@ from tower.window.view_model import view_model
 from tower.window.views import Tone
 from wire.configuration import read_sections, shipped
 from wire.latest import Received
-from wire.messages.automation import AutonomyStatus, Doubt, PlannerView, Reason, RoadMap, Scene, TakeoverRequest
+from wire.messages.automation import AutonomyStatus, PlannerView, Reason, RoadMap, Scene, TakeoverRequest
 from wire.messages.base import Gear, Lights, Wipers
 from wire.messages.operating import OperatorStatus
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, MotionToMotion, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, Mode, MotionToMotion, VehicleDescription, VehicleState
 
 NOW = 50_000_000_000_000
 MS = 1_000_000
@@ -52,26 +53,7 @@ REQUEST = TakeoverRequest(
 
 
 def status(mode: Mode, **changes: Any) -> GatewayStatus:
-    plain = GatewayStatus(
-        stamp_ns=1,
-        boot_id="b",
-        mode=mode,
-        mode_since_ns=1,
-        cause="because",
-        lease_holder="Anna",
-        lease_epoch=3,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=None,
-        budget_remaining_s=0.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
-    )
+    plain = gateway_status(stamp_ns=1, mode=mode, mode_since_ns=1, cause="because", lease_holder="Anna", lease_epoch=3)
     return msgspec.structs.replace(plain, **changes)
 
 
@@ -141,20 +123,7 @@ def operator(**changes: Any) -> OperatorStatus:
 
 
 def at_goal() -> AutonomyStatus:
-    return AutonomyStatus(
-        stamp_ns=1,
-        sequence=1,
-        healthy=True,
-        health_note="",
-        doubt=Doubt.NOMINAL,
-        evidence=(),
-        request=None,
-        clear_s=0.0,
-        drivable_s=0.0,
-        state_matched=True,
-        match_note="",
-        goal_reached=True,
-    )
+    return autonomy_status(stamp_ns=1, sequence=1, clear_s=0.0, drivable_s=0.0, goal_reached=True)
 
 
 def heard(message: Any, ago_ms: float = 10.0) -> Received[Any]:

@@ -7,6 +7,7 @@ import pygame
 import pytest
 from msgspec.structs import replace
 
+from tests.messages import gateway_status
 from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
 from tower.window.hud import Hud
@@ -27,7 +28,7 @@ from wire.messages.automation import PlannedWay, PlannerView, Reason, Scene, Tak
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import OperatorStatus
 from wire.messages.sensing import Pose as MapPose
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, StopWay, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, Mode, StopWay, VehicleDescription, VehicleState
 
 CAR = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 NOW = 50_000_000_000_000
@@ -48,25 +49,8 @@ REQUEST = TakeoverRequest(number=1, raised_ns=1, budget_s=15.0, place=(130.0, 40
 
 
 def status(mode: Mode, request: TakeoverRequest | None = None) -> GatewayStatus:
-    return GatewayStatus(
-        stamp_ns=1,
-        boot_id="b",
-        mode=mode,
-        mode_since_ns=1,
-        cause="",
-        lease_holder="Anna",
-        lease_epoch=3,
-        hand_over=HandOver(number=0, action="", state="", rule=""),
-        request=request,
-        budget_remaining_s=9.0,
-        guard_remaining_s=0.0,
-        hand_back_ready=False,
-        hand_back_note="",
-        take_refused="",
-        failsafe="",
-        stop_number=0,
-        stops_in_ten_minutes=0,
-        dropped={},
+    return gateway_status(
+        stamp_ns=1, mode=mode, mode_since_ns=1, lease_holder="Anna", lease_epoch=3, request=request, budget_remaining_s=9.0
     )
 
 

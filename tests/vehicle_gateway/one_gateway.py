@@ -9,14 +9,14 @@ from math import cos, isfinite, pi, sin, tan
 
 from msgspec.structs import replace
 
+from tests.messages import autonomy_status, feedback
 from vehicle_gateway.authority import Event, next_authority
-from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.cycle import step
 from vehicle_gateway.lease import CommandGuard, refuse_command
 from vehicle_gateway.reports import status_of
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Outputs, State, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.automation import AutonomyCommand, AutonomyStatus, Doubt, Reason, Scene, TakeoverRequest
+from wire.messages.automation import AutonomyCommand, Doubt, Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
@@ -32,42 +32,6 @@ ENGAGING = GatewayLimits(authority=AuthorityLimits(engage_autonomously=True))
 MS = 1_000_000
 REMOTE = (M.REMOTE, M.HANDING_BACK)
 HELD_TINY = 1e-9
-
-
-def feedback(**changes):
-    calm = Feedback(
-        speed_m_s=0.0,
-        acceleration_m_s2=0.0,
-        yaw_rate_rad_s=0.0,
-        road_wheel_angle_rad=0.0,
-        gear=Gear.DRIVE,
-        ecu_following=True,
-        brake_holding=False,
-        seat_occupied=False,
-        driver_torque_nm=0.0,
-        driver_brake=0.0,
-        emergency_button=False,
-        release_button=False,
-    )
-    return replace(calm, **changes)
-
-
-def automation(**changes):
-    fine = AutonomyStatus(
-        stamp_ns=0,
-        sequence=0,
-        healthy=True,
-        health_note="",
-        doubt=Doubt.NOMINAL,
-        evidence=(),
-        request=None,
-        clear_s=60.0,
-        drivable_s=60.0,
-        state_matched=True,
-        match_note="",
-        goal_reached=False,
-    )
-    return replace(fine, **changes)
 
 
 class Operator:
@@ -121,7 +85,7 @@ class Drive:
         self.speed, self.angle, self.pose = speed, 0.0, (0.0, 0.0, 0.0)
         self.local: dict[str, object] = {"gear": gear}  # what the feedback says about the controls in the car
         self.feedback = self.cameras = self.automation = self.scenes = True
-        self.status = automation()
+        self.status = autonomy_status()
         self.auto_steer, self.auto_acceleration, self.cruise = 0.0, 0.0, 6.0
         self.corridor_m = 60.0
         self.ann = Operator()
@@ -306,7 +270,7 @@ class Drive:
         return self
 
     def withdraw(self):
-        self.status = automation()
+        self.status = autonomy_status()
         return self
 
 

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.one_gateway import MS, REMOTE, feedback, remote
+from tests.messages import feedback
+from tests.vehicle_gateway.one_gateway import MS, REMOTE, remote
 from tests.vehicle_gateway.test_ecu import VEHICLE, Loop
 from vehicle_gateway.actuation import (
     LAGS,

@@ -4,7 +4,8 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
-from tests.vehicle_gateway.one_gateway import Drive, M, Operator, automation, autonomous, remote
+from tests.messages import autonomy_status
+from tests.vehicle_gateway.one_gateway import Drive, M, Operator, autonomous, remote
 from vehicle_gateway.gateway import recalled_state, remember
 from wire.messages.base import Gear
 from wire.messages.session import Action
@@ -74,7 +75,7 @@ class AnyStory(RuleBasedStateMachine):
 
     @rule(changes=st.sampled_from([{}, {"healthy": False}, {"clear_s": 0.0}, {"state_matched": False}]))
     def the_automation_judges_itself(self, changes):
-        self.drive.status = automation(**changes)
+        self.drive.status = autonomy_status(**changes)
 
     @rule(budget_s=st.sampled_from([0.0, 1.0, 10.0]))
     def the_automation_asks(self, budget_s):

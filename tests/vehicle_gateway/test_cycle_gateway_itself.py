@@ -5,7 +5,8 @@ from math import cos, hypot, sin
 import pytest
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.one_gateway import Drive, M, automation, autonomous, remote, stopped
+from tests.messages import autonomy_status
+from tests.vehicle_gateway.one_gateway import Drive, M, autonomous, remote, stopped
 from vehicle_gateway.corridor import Corridor
 from vehicle_gateway.gateway import recalled_state, remember
 from wire.messages.session import Action, Outcome
@@ -111,7 +112,7 @@ def test_the_corridor_checked_last_is_followed_though_the_automation_then_says_i
     )
     drive.scenes = False
     drive.tick(scene=drive.scene(stopping_corridor=arc))
-    drive.status = automation(healthy=False, health_note="no plan")
+    drive.status = autonomy_status(healthy=False, health_note="no plan")
     drive.ticks = 0
     drive.tick(scene=drive.scene(stopping_corridor=()))
     worst = 0.0

@@ -3,7 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
-from tests.vehicle_gateway.one_gateway import CAR, MS, Drive, M, automation, autonomous, lag, remote, stopped, taken
+from tests.messages import autonomy_status
+from tests.vehicle_gateway.one_gateway import CAR, MS, Drive, M, autonomous, lag, remote, stopped, taken
 from vehicle_gateway.lease import refuse_command
 from vehicle_gateway.safe_stop import stopping_distance_m
 from wire.messages.session import Action, Outcome
@@ -161,10 +162,10 @@ def test_an_automation_that_is_lost_while_it_drives_ends_at_standstill(loss):
     if loss == "silent":
         drive.automation = False
     elif loss == "unhealthy":
-        drive.status = automation(healthy=False, health_note="no localization")
+        drive.status = autonomy_status(healthy=False, health_note="no localization")
     else:
         drive.ticks = 0
-        drive.status = automation()
+        drive.status = autonomy_status()
         for _ in range(60):
             drive.tick(autonomy_status=None)
     drive.until(M.SAFE_STOP, 0.6)

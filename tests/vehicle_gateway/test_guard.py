@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.messages import feedback
 from vehicle_gateway.authority import Authority
-from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.cycle import step
 from vehicle_gateway.free_way import keep_surroundings
@@ -266,19 +266,10 @@ class Drive:
         raise AssertionError(f"never came: {self.rules}, {self.speed} m/s, {self.state.cause}")
 
     def _feedback(self):
-        return Feedback(
+        return feedback(
             speed_m_s=self.speed,
-            acceleration_m_s2=0.0,
             yaw_rate_rad_s=self.speed * tan(self.state.applied.road_wheel_angle_rad) / 2.7,
             road_wheel_angle_rad=self.state.applied.road_wheel_angle_rad,
-            gear=Gear.DRIVE,
-            ecu_following=True,
-            brake_holding=False,
-            seat_occupied=False,
-            driver_torque_nm=0.0,
-            driver_brake=0.0,
-            emergency_button=False,
-            release_button=False,
         )
 
     def _command(self):

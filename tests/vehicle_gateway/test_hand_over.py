@@ -3,8 +3,9 @@
 import pytest
 from msgspec.structs import replace
 
+from tests.messages import autonomy_status
 from vehicle_gateway.hand_over import HandOverLimits, TakeView, refuse_hand_back, refuse_take
-from wire.messages.automation import AutonomyStatus, Doubt
+from wire.messages.automation import Doubt
 from wire.messages.vehicle import Mode
 
 LIMITS = HandOverLimits()
@@ -25,20 +26,7 @@ READY = TakeView(
     car_answers=True,
     returning=False,
 )
-OFFERED = AutonomyStatus(
-    stamp_ns=1,
-    sequence=1,
-    healthy=True,
-    health_note="",
-    doubt=Doubt.NOMINAL,
-    evidence=(),
-    request=None,
-    clear_s=3.0,
-    drivable_s=10.0,
-    state_matched=True,
-    match_note="",
-    goal_reached=False,
-)
+OFFERED = autonomy_status(stamp_ns=1, sequence=1, clear_s=3.0, drivable_s=10.0)
 
 # what is changed, the last value that is granted, the first that is refused, a word the refusal must say
 TAKE_EDGES = [

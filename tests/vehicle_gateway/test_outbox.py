@@ -1,15 +1,14 @@
 """The outbox of the simulated car: what the loop puts in arrives, by threads that do not stand behind somebody's pictures."""
 
 import json
-import os
 import subprocess
 import sys
 import threading
 from pathlib import Path
 
 import msgspec
-import pytest
 
+from tests.scheduling import needs_fifo
 from wire import certificates
 from wire.clock import Clock
 from wire.link import open_link
@@ -43,17 +42,7 @@ print(json.dumps(priorities))
 """
 
 
-def may_have_fifo() -> bool:
-    before = os.sched_getscheduler(0), os.sched_getparam(0)
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-    except OSError:
-        return False
-    os.sched_setscheduler(0, *before)
-    return True
-
-
-@pytest.mark.skipif(not may_have_fifo(), reason="this system does not allow SCHED_FIFO")
+@needs_fifo
 def test_what_is_put_arrives_by_threads_that_do_not_wait_behind_pictures(tmp_path: Path):
     certificates.make(tmp_path / "certificates")
     settings = LinkSettings(certificates=str(tmp_path / "certificates"), car_hub=free_addresses(1)[0])

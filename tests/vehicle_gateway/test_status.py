@@ -12,6 +12,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from tests.messages import gateway_status
 from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.codec import FOLLOWING
 from vehicle_gateway.can.ecu_codec import Controls, Motion, encode_controls, encode_drive_state, encode_motion
@@ -24,7 +25,7 @@ from wire.configuration import shipped
 from wire.messages.base import Gear, decoder, encode
 from wire.messages.health import LoopHealth
 from wire.messages.sensing import CameraStatus
-from wire.messages.vehicle import Actuation, GatewayStatus, HandOver, Mode, VehicleState
+from wire.messages.vehicle import Actuation, HandOver, Mode, VehicleState
 from wire.ports import free_udp_ports
 
 MS, SECOND = 1_000_000, 1_000_000_000
@@ -62,23 +63,14 @@ def camera(name: str, age_ms: int, live: bool = True, watching: int = 1) -> Came
     )
 
 
-STATUS = GatewayStatus(
+STATUS = gateway_status(
     stamp_ns=NOW,
-    boot_id="b",
     mode=Mode.REMOTE,
     mode_since_ns=NOW - 12 * SECOND,
     cause="anna took over",
     lease_holder="anna",
     lease_epoch=7,
     hand_over=HandOver(number=1, action="take", state="committed", rule=""),
-    request=None,
-    budget_remaining_s=0.0,
-    guard_remaining_s=0.0,
-    hand_back_ready=False,
-    hand_back_note="",
-    take_refused="",
-    failsafe="",
-    stop_number=0,
     stops_in_ten_minutes=1,
     dropped={"command epoch": 3},
 )

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests import messages
 from vehicle_gateway.authority import Authority
-from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.cycle import step
 from vehicle_gateway.gateway import recalled_state, remember
 from vehicle_gateway.identity import Identity
@@ -26,20 +26,7 @@ CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": V
 LIMITS = GatewayLimits()
 CHIEF = Identity(name="tower-supervisor.carla", operator="carla", fingerprint="c0", ends_ns=NOW + 10**6 * S)
 TOWER = Identity(name="tower-hub", fingerprint="aa", ends_ns=NOW + 10**6 * S)
-MOVING = Feedback(
-    speed_m_s=3.0,
-    acceleration_m_s2=0.0,
-    yaw_rate_rad_s=0.0,
-    road_wheel_angle_rad=0.0,
-    gear=Gear.DRIVE,
-    ecu_following=True,
-    brake_holding=False,
-    seat_occupied=False,
-    driver_torque_nm=0.0,
-    driver_brake=0.0,
-    emergency_button=False,
-    release_button=False,
-)
+MOVING = messages.feedback(speed_m_s=3.0)
 COMMAND = DriveCommand(
     lease_epoch=7,
     sequence=1,

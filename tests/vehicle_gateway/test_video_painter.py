@@ -9,16 +9,14 @@ import subprocess
 import sys
 
 import numpy as np
-import pytest
 
+from tests.scheduling import needs_fifo
 from vehicle_gateway.video.painter import BEHIND_THE_FIRST, PainterEnded, painters
 from vehicle_gateway.video.picture import Bytes
-from wire.link_threads import threads_with
 from wire.load import process_cpu_s
 from wire.messages.base import Indicators
 from wire.messages.sensing import Pose, WorldState
 from wire.messages.vehicle import CameraCalibration
-from wire.pace import scheduling
 
 PLACE = {"focal_length_px": 50.0, "x_m": 0.0, "y_m": 0.0, "z_m": 1.0, "yaw_rad": 0.0, "pitch_rad": 0.0}
 FRONT, LEFT = (
@@ -26,9 +24,6 @@ FRONT, LEFT = (
     for name in ("front", "left")
 )
 WORK_M_S, DIE_M_S = 8.0, 9.0
-with threads_with(1):
-    ALLOWED = scheduling() == "fifo 1"
-needs_fifo = pytest.mark.skipif(not ALLOWED, reason="this system does not allow SCHED_FIFO")
 
 
 class SpeedAsGrey:

@@ -5,13 +5,8 @@ import threading
 
 import pytest
 
+from tests.scheduling import needs_fifo
 from wire.link_threads import beneath, for_pictures, threads_with
-
-ALLOWED = hasattr(os, "sched_setscheduler")
-if ALLOWED:
-    with threads_with(1):
-        ALLOWED = os.sched_getscheduler(0) == os.SCHED_FIFO
-needs_fifo = pytest.mark.skipif(not ALLOWED, reason="this system does not allow SCHED_FIFO")
 
 
 def of_a_new_thread() -> tuple[int, int]:

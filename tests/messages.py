@@ -1,0 +1,72 @@
+"""Messages with many fields as they are when nothing is the matter, for tests that are about one or two of them."""
+
+from msgspec.structs import replace
+
+from vehicle_gateway.can.codec import Feedback
+from wire.messages.automation import AutonomyStatus, Doubt
+from wire.messages.base import Gear
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+
+STATUS = GatewayStatus(
+    stamp_ns=0,
+    boot_id="b",
+    mode=Mode.AUTONOMOUS,
+    mode_since_ns=0,
+    cause="",
+    lease_holder="",
+    lease_epoch=0,
+    hand_over=HandOver(number=0, action="", state="", rule=""),
+    request=None,
+    budget_remaining_s=0.0,
+    guard_remaining_s=0.0,
+    hand_back_ready=False,
+    hand_back_note="",
+    take_refused="",
+    failsafe="",
+    stop_number=0,
+    stops_in_ten_minutes=0,
+    dropped={},
+)
+FIT = AutonomyStatus(
+    stamp_ns=0,
+    sequence=0,
+    healthy=True,
+    health_note="",
+    doubt=Doubt.NOMINAL,
+    evidence=(),
+    request=None,
+    clear_s=60.0,
+    drivable_s=60.0,
+    state_matched=True,
+    match_note="",
+    goal_reached=False,
+)
+CALM = Feedback(
+    speed_m_s=0.0,
+    acceleration_m_s2=0.0,
+    yaw_rate_rad_s=0.0,
+    road_wheel_angle_rad=0.0,
+    gear=Gear.DRIVE,
+    ecu_following=True,
+    brake_holding=False,
+    seat_occupied=False,
+    driver_torque_nm=0.0,
+    driver_brake=0.0,
+    emergency_button=False,
+    release_button=False,
+)
+
+
+def gateway_status(**changes: object) -> GatewayStatus:
+    """The car drives itself, nobody holds the lease."""
+    return replace(STATUS, **changes)
+
+
+def autonomy_status(**changes: object) -> AutonomyStatus:
+    """Fit to drive for a minute, in no doubt, on the road that it would take."""
+    return replace(FIT, **changes)
+
+
+def feedback(**changes: object) -> Feedback:
+    """Of a car that stands in D with nobody in it and follows what it is told."""
+    return replace(CALM, **changes)
