@@ -10,17 +10,16 @@ from hashlib import sha256
 
 import msgspec
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
+from wire.authority import SIGNATURE, is_signed_by
 from wire.messages.audit import AuditEntry, AuditKind, AuditRecord
 from wire.messages.base import Count, Message, encode
 
 SIGNED_AT_ONCE = (AuditKind.START, AuditKind.DRIVE_END, AuditKind.END)  # the record behind one of these is a signed head
 GENESIS = "0" * 64  # stands where the first record has none before it
 _SIGNED = b"remote operation tower audit head "  # so that a signature made for anything else is none here
-_ECDSA = ec.ECDSA(hashes.SHA256())
 
 
 def hash_of(entry: bytes) -> str:
@@ -49,19 +48,12 @@ def seal(entry: AuditEntry, key: ec.EllipticCurvePrivateKey) -> AuditRecord:
 
 
 def sign_head(record_hash: str, key: ec.EllipticCurvePrivateKey) -> str:
-    return key.sign(_SIGNED + record_hash.encode(), _ECDSA).hex()
+    return key.sign(_SIGNED + record_hash.encode(), SIGNATURE).hex()
 
 
 def is_signed(record: AuditRecord, certificate: x509.Certificate) -> bool:
     """Whether the record's hash was signed with the key of this certificate."""
-    key = certificate.public_key()
-    if not isinstance(key, ec.EllipticCurvePublicKey):
-        return False
-    try:
-        key.verify(bytes.fromhex(record.signature), _SIGNED + record.hash.encode(), _ECDSA)
-    except (InvalidSignature, ValueError):
-        return False
-    return True
+    return is_signed_by(certificate, record.signature, _SIGNED + record.hash.encode())
 
 
 def fingerprint(certificate: x509.Certificate) -> str:

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 from ipaddress import ip_address
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
@@ -14,6 +14,7 @@ VALID = timedelta(days=90)  # ours: long enough for a study, short enough to be 
 AUTHORITY_VALID = timedelta(days=730)  # ours: what was carried to another machine is renewed without meeting the others again
 BACKDATED = timedelta(days=1)  # the other machine's clock may be behind
 LOCAL_HOSTS = ("localhost", "127.0.0.1")
+SIGNATURE = ec.ECDSA(hashes.SHA256())  # of everything that is signed with a certificate's key
 _NAME = "remote operation tower authority"
 
 
@@ -90,9 +91,22 @@ def hosts_of(certificate: x509.Certificate) -> tuple[str, ...]:
 
 
 def is_issued_by(certificate: x509.Certificate, authority: x509.Certificate) -> bool:
+    """Whatever stands in the certificate: anybody can have written it."""
     try:
         certificate.verify_directly_issued_by(authority)
-    except (InvalidSignature, ValueError, TypeError):
+    except (InvalidSignature, UnsupportedAlgorithm, ValueError, TypeError):
+        return False
+    return True
+
+
+def is_signed_by(certificate: x509.Certificate, signature_hex: str, signed: bytes) -> bool:
+    """Whether these bytes were signed with the certificate's key. Whatever stands in either: anybody can have written them."""
+    try:
+        key = certificate.public_key()
+        if not isinstance(key, ec.EllipticCurvePublicKey):
+            return False
+        key.verify(bytes.fromhex(signature_hex), signed, SIGNATURE)
+    except (InvalidSignature, UnsupportedAlgorithm, ValueError):
         return False
     return True
 

@@ -14,18 +14,16 @@ from typing import TypeVar
 
 import msgspec
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
-from wire.authority import common_name, is_issued_by
+from wire.authority import SIGNATURE, common_name, is_issued_by, is_signed_by
 from wire.certificates import pair_of
 from wire.messages.base import encode
 from wire.messages.session import LeaseRequest, SupervisionRequest
 from wire.topics import Role
 
 Question = TypeVar("Question", LeaseRequest, SupervisionRequest)
-_ALGORITHM = ec.ECDSA(hashes.SHA256())
 
 
 class Unproven(Exception):
@@ -42,7 +40,7 @@ class Signer:
     def sign(self, question: Question) -> Question:
         """The question with certificate and signature filled in."""
         named = msgspec.structs.replace(question, certificate=_pem(self.certificate), signature="")
-        return msgspec.structs.replace(named, signature=self.key.sign(_signed_part(named), _ALGORITHM).hex())
+        return msgspec.structs.replace(named, signature=self.key.sign(_signed_part(named), SIGNATURE).hex())
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +63,12 @@ def proven(question: LeaseRequest | SupervisionRequest, authority: x509.Certific
     if not question.certificate:
         raise Unproven("the question is not signed: is the tower of the same version?")
     certificate = _read(question.certificate)
-    key = certificate.public_key()
-    if not is_issued_by(certificate, authority) or not isinstance(key, ec.EllipticCurvePublicKey):
+    if not is_issued_by(certificate, authority):
         raise Unproven("your certificate comes from another authority than the car's")
     if not certificate.not_valid_before_utc <= now <= certificate.not_valid_after_utc:
         raise Unproven(f"your certificate is valid until {certificate.not_valid_after_utc:%Y-%m-%d %H:%M} UTC: renew it")
-    try:
-        key.verify(bytes.fromhex(question.signature), _signed_part(question), _ALGORITHM)
-    except (InvalidSignature, ValueError):
-        raise Unproven("the question is not signed with the key of its certificate") from None
+    if not is_signed_by(certificate, question.signature, _signed_part(question)):
+        raise Unproven("the question is not signed with the key of its certificate")
     return Proven(common_name(certificate), fingerprint(certificate), certificate.not_valid_after_utc)
 
 

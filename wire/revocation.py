@@ -7,14 +7,9 @@ who issues needs to remember nothing of what he issued before.
 
 import msgspec
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives import hashes
-from cryptography.hazmat.primitives.asymmetric import ec
 
-from wire.authority import Pair
+from wire.authority import SIGNATURE, Pair, is_signed_by
 from wire.messages.base import UNDECODABLE, Count, Message, Name, decoder, encode
-
-_ALGORITHM = ec.ECDSA(hashes.SHA256())
 
 
 class Revocations(Message):
@@ -47,7 +42,7 @@ def with_revoked(known: Revocations, name: str, authority: Pair) -> Revocations:
     """The list with everything revoked that was ever issued under this name (without its generation)."""
     generations = known.generations | {name: known.generations.get(name, 0) + 1}
     bare = Revocations(number=known.number + 1, generations=generations)
-    return msgspec.structs.replace(bare, signature=authority.key.sign(_signed_part(bare), _ALGORITHM).hex())
+    return msgspec.structs.replace(bare, signature=authority.key.sign(_signed_part(bare), SIGNATURE).hex())
 
 
 def read_revocations(data: bytes, authority: x509.Certificate) -> Revocations:
@@ -64,13 +59,8 @@ def check_revocations(known: Revocations, authority: x509.Certificate) -> None:
     """Raises ValueError unless this authority has signed the list; an empty one needs no signature."""
     if known == NOTHING:
         return
-    key = authority.public_key()
-    try:
-        if not isinstance(key, ec.EllipticCurvePublicKey):
-            raise ValueError
-        key.verify(bytes.fromhex(known.signature), _signed_part(known), _ALGORITHM)
-    except (InvalidSignature, ValueError):
-        raise ValueError("the list of revoked certificates was not signed by the authority beside it") from None
+    if not is_signed_by(authority, known.signature, _signed_part(known)):
+        raise ValueError("the list of revoked certificates was not signed by the authority beside it")
 
 
 def _signed_part(known: Revocations) -> bytes:

@@ -2,10 +2,12 @@
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from ssl import DER_cert_to_PEM_cert
 
 import msgspec
 import pytest
 from cryptography import x509
+from cryptography.hazmat.primitives.serialization import Encoding
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
@@ -203,6 +205,12 @@ def test_a_head_without_a_certificate_and_one_signed_after_it_expired_prove_noth
     assert "without a certificate" in told(chain((K.HEAD,), signer_pem="none"))[0][1]
     late = round((datetime.now(UTC) + timedelta(days=100)).timestamp()) * 10**9
     assert "not valid then" in told(chain((K.HEAD,), utc_ns=late))[0][1]
+
+
+def test_a_head_whose_certificate_has_a_key_of_a_kind_that_nobody_knows_proves_nothing():
+    der = HUB.certificate.public_bytes(Encoding.DER)
+    odd = DER_cert_to_PEM_cert(der.replace(bytes.fromhex("2a8648ce3d0201"), bytes.fromhex("2a8648ce3d0209")))  # RFC 5480
+    assert "another authority" in told(chain((K.HEAD,), signer_pem=odd))[0][1]
 
 
 @settings(max_examples=60, deadline=None)

@@ -3,12 +3,15 @@
 import os
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from ssl import DER_cert_to_PEM_cert
 
 import pytest
+from cryptography.hazmat.primitives.serialization import Encoding
+from cryptography.x509 import load_pem_x509_certificate
 from msgspec.structs import replace
 
 from vehicle_gateway.identity import Verifier
-from wire.authority import Pair, issue, new_authority
+from wire.authority import Pair, is_signed_by, issue, new_authority
 from wire.certificates import CertificateError, authority_of, make, revoke
 from wire.identity import Signer, Unproven, fingerprint, proven, signer_of
 from wire.messages.session import LeaseRequest, Supervision, SupervisionRequest
@@ -16,6 +19,7 @@ from wire.settings import LinkSettings
 from wire.topics import Role
 
 S = 10**9
+KEY_TYPE = bytes.fromhex("2a8648ce3d0201")  # id-ecPublicKey, RFC 5480
 UTC_NS = 1_790_000_000 * S  # Unix time minus the car's clock
 NOW = round(datetime.now(UTC).timestamp() * 1e9) - UTC_NS
 LEASE = LeaseRequest(operator="ann", session="s1", sent_ns=1, echoed_vehicle_ns=5, echoed_boot_id="boot")
@@ -176,3 +180,13 @@ def test_a_signer_whose_key_is_missing_damaged_or_open_to_others_is_refused(fold
     (tmp_path / "window.key").write_bytes((folder / "video.key").read_bytes())
     with pytest.raises(CertificateError, match="does not belong"):
         signer_of(tmp_path, Role.WINDOW)
+
+
+def test_a_certificate_whose_key_is_of_a_kind_that_nobody_knows_is_refused_in_words(folder: Path, verifier: Verifier):
+    """One byte of its key's type changed: to ask for the key raises."""
+    cockpit = signer_of(folder, Role.TOWER_HUB)
+    der = cockpit.certificate.public_bytes(Encoding.DER)
+    assert KEY_TYPE in der
+    odd = DER_cert_to_PEM_cert(der.replace(KEY_TYPE, KEY_TYPE[:-1] + b"\x09"))
+    assert "another authority" in verifier.operator(replace(cockpit.sign(LEASE), certificate=odd), NOW).rule
+    assert not is_signed_by(load_pem_x509_certificate(odd.encode()), "00", b"anything")
