@@ -13,9 +13,10 @@ from vehicle_gateway.can.health_codec import HealthState, health_of
 from vehicle_gateway.can.vehicles import CarBus
 from vehicle_gateway.identity import Identity
 from vehicle_gateway.lease import CommandGuard, refuse_command
+from vehicle_gateway.measure import shown_since
 from vehicle_gateway.state import Inputs
 from wire.clock import Clock
-from wire.latest import EventQueue, Latest, Received
+from wire.latest import EventQueue, Latest
 from wire.link import Link
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
 from wire.messages.base import Message
@@ -55,6 +56,14 @@ class Replies(NamedTuple):
     supervision: list[Reply]
 
 
+class Commanded(NamedTuple):
+    """The newest command, until the loop takes it."""
+
+    command: DriveCommand
+    received_ns: int
+    shown_ns: dict[str, int]  # see `shown_since`
+
+
 class Inbox:
     """Everything that arrived since the loop last looked. `wake` is set when a valid command or a question came."""
 
@@ -66,7 +75,7 @@ class Inbox:
         self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
         self._lock = threading.Lock()
         self.key = b""  # of the current lease; "" refuses everything
-        self._command: Received[DriveCommand] | None = None
+        self._command: Commanded | None = None
         self._feedback = self._codec.start()
         self._ecu = HealthState()
         self._cameras: EventQueue[CameraStatus] = link.events("camera_status")
@@ -93,7 +102,9 @@ class Inbox:
                 self.dropped[reason] += 1
                 return
             self.guard = msgspec.structs.replace(self.guard, last_sequence=command.sequence)
-        self._command = Received(command, received_ns)
+        waiting = self._command
+        shown = shown_since(waiting.command, waiting.received_ns, waiting.shown_ns, command) if waiting else {}
+        self._command = Commanded(command, received_ns, shown)
         self.wake.set()
 
     def hold_to(self, epoch: int, new_key: bytes | None) -> None:
@@ -154,8 +165,9 @@ class Inbox:
         command, self._command = self._command, None
         inputs = Inputs(
             feedback=self._new(0, self._feedback.feedback),
-            command=command.message if command else None,
+            command=command.command if command else None,
             command_ns=command.received_ns if command else 0,
+            shown_ns=command.shown_ns if command else {},
             autonomy=self._newest(1, self._autonomy),
             autonomy_status=self._newest(2, self._status),
             scene=self._newest(3, self._scene),

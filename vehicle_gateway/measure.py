@@ -1,5 +1,6 @@
 """Take in what arrived, and measure: ages, progress of pictures, loop age, speed cap, odometry, active causes. Pure."""
 
+from collections.abc import Mapping
 from math import tan
 
 from msgspec.structs import replace
@@ -50,7 +51,7 @@ def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescripti
     if inputs.stop_number:  # whatever its number: a restarted tower counts from elsewhere
         fields |= {"stop_number": inputs.stop_number, "stop_pressed": True}
     if inputs.command is not None:
-        fields |= _of_command(state, inputs.command, inputs.command_ns)
+        fields |= _of_command(state, inputs.command, inputs.command_ns, inputs.shown_ns)
     if inputs.scene is not None and state.feedback is not None:
         fields |= _of_scene(state, inputs.scene, state.feedback, now_ns, vehicle, limits.guard)
     return replace(state, **fields) if fields else state
@@ -73,14 +74,26 @@ def _of_scene(
     return fields | {"corridor": replace(corridor, free=cut_by_standing(corridor, around, state.odometry, vehicle))}
 
 
-def _of_command(state: State, command: DriveCommand, at_ns: int) -> dict[str, object]:
+def shown_since(overtaken: DriveCommand, overtaken_ns: int, before: Mapping[str, int], command: DriveCommand) -> dict[str, int]:
+    """By camera, since when a picture of `command` is known to be shown: no later than the command that it overtakes told of it.
+
+    before: the same of the one that is overtaken. Otherwise a picture would seem newer by the time between the two.
+    """
+    return {
+        camera: before.get(camera, overtaken_ns)
+        for camera, capture_ns in overtaken.displayed_capture_ns.items()
+        if command.displayed_capture_ns.get(camera) == capture_ns <= overtaken_ns
+    }
+
+
+def _of_command(state: State, command: DriveCommand, at_ns: int, shown_ns: Mapping[str, int]) -> dict[str, object]:
     pictures = dict(state.pictures)
     for camera, capture_ns in command.displayed_capture_ns.items():
         known = pictures.get(camera)
         advanced = known is None or capture_ns > known.capture_ns
         room = camera in pictures or len(pictures) < CAMERAS_MAX  # made-up names do not fill the memory
         if advanced and room and capture_ns <= at_ns:  # a stamp of the future is no picture of ours
-            pictures[camera] = Picture(capture_ns=capture_ns, advanced_ns=at_ns)
+            pictures[camera] = Picture(capture_ns=capture_ns, advanced_ns=shown_ns.get(camera, at_ns))
     return {
         "command": command,
         "command_ns": at_ns,

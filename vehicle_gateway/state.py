@@ -73,6 +73,7 @@ class Inputs(Message):
     feedback: Feedback | None = None
     command: DriveCommand | None = None
     command_ns: TimeNs = 0  # vehicle clock at arrival
+    shown_ns: dict[Name, TimeNs] = {}  # by camera, when an earlier command of this cycle had shown the same picture
     autonomy: AutonomyCommand | None = None
     autonomy_status: AutonomyStatus | None = None
     scene: Scene | None = None
