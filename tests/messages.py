@@ -4,7 +4,8 @@ from msgspec.structs import replace
 
 from vehicle_gateway.can.codec import Feedback
 from wire.messages.automation import AutonomyStatus, Doubt
-from wire.messages.base import Gear
+from wire.messages.base import Gear, Indicators
+from wire.messages.operating import DriveCommand, OperatorStatus
 from wire.messages.vehicle import GatewayStatus, HandOver, Mode
 
 STATUS = GatewayStatus(
@@ -41,6 +42,49 @@ FIT = AutonomyStatus(
     match_note="",
     goal_reached=False,
 )
+COCKPIT = OperatorStatus(
+    stamp_ns=1,
+    operator="Anna",
+    device="keyboard",
+    lease_epoch=3,
+    lease_note="",
+    dead_man=False,
+    armed=True,
+    wheel_phase="idle",
+    steering_wheel_angle_rad=0.0,
+    steering_wheel_torque=0.0,
+    alignment_error_rad=0.0,
+    throttle=0.0,
+    brake=0.0,
+    road_wheel_angle_rad=0.0,
+    acceleration_m_s2=0.0,
+    gear=Gear.DRIVE,
+    indicators=Indicators.OFF,
+    hazard=False,
+    horn=False,
+    hand_over_note="",
+    stop_number=0,
+    stop_state="",
+    clock_offset_ns=0,
+    clock_bound_ns=1,
+    round_trip_ms=20.0,
+)
+COMMAND = DriveCommand(
+    lease_epoch=1,
+    sequence=1,
+    sent_ns=0,
+    event_ns=0,
+    echoed_vehicle_ns=0,
+    echoed_boot_id="",
+    displayed_capture_ns={},
+    road_wheel_angle_rad=0.0,
+    acceleration_m_s2=0.0,
+    gear=Gear.DRIVE,
+    indicators=Indicators.OFF,
+    hazard=False,
+    horn=False,
+    dead_man=True,
+)
 CALM = Feedback(
     speed_m_s=0.0,
     acceleration_m_s2=0.0,
@@ -65,6 +109,16 @@ def gateway_status(**changes: object) -> GatewayStatus:
 def autonomy_status(**changes: object) -> AutonomyStatus:
     """Fit to drive for a minute, in no doubt, on the road that it would take."""
     return replace(FIT, **changes)
+
+
+def operator_status(**changes: object) -> OperatorStatus:
+    """A cockpit with lease 3 and a keyboard that nobody touches, on the car's own clock."""
+    return replace(COCKPIT, **changes)
+
+
+def drive_command(**changes: object) -> DriveCommand:
+    """The first of lease 1: straight on, no faster, dead-man held; it has seen nothing of the car and is not signed."""
+    return replace(COMMAND, **changes)
 
 
 def feedback(**changes: object) -> Feedback:

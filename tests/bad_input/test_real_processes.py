@@ -17,6 +17,7 @@ import msgspec
 import pytest
 
 from benchmarks.examples import wrong
+from tests.messages import drive_command
 from tower.demo.session import choose, write_session
 from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.ecu_codec import Controls, Motion, encode_controls, encode_motion
@@ -167,21 +168,14 @@ def renew(drive: Session) -> None:
 
 def command_of(drive: Session, lease: LeaseReply, sequence: int) -> DriveCommand:
     newest = drive.state.get().message
-    return DriveCommand(
+    return drive_command(
         lease_epoch=lease.epoch,
         sequence=sequence,
         sent_ns=1,
         event_ns=1,
         echoed_vehicle_ns=newest.stamp_ns,
         echoed_boot_id=newest.boot_id,
-        displayed_capture_ns={},
-        road_wheel_angle_rad=0.0,
-        acceleration_m_s2=0.0,
-        gear=Gear.DRIVE,
         indicators="off",
-        hazard=False,
-        horn=False,
-        dead_man=True,
     )
 
 

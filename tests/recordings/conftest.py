@@ -9,9 +9,9 @@ import pytest
 
 from recordings.provenance import Attached, Provenance
 from recordings.writer import DriveWriter
-from tests.messages import gateway_status
+from tests.messages import drive_command, gateway_status, operator_status
 from wire.messages.automation import Reason, TakeoverRequest
-from wire.messages.base import Gear, Indicators, Message, encode
+from wire.messages.base import Gear, Message, encode
 from wire.messages.health import LoopHealth
 from wire.messages.operating import DriveCommand, OperatorStatus, ShownFrame, WindowStatus
 from wire.messages.sensing import Imu, Referee
@@ -79,47 +79,15 @@ class Build:
         )
 
     def command(self, sequence: int, event_ns: int, sent_ns: int = 0) -> DriveCommand:
-        return DriveCommand(
-            lease_epoch=1,
-            sequence=sequence,
-            sent_ns=sent_ns or event_ns,
-            event_ns=event_ns,
-            echoed_vehicle_ns=0,
-            echoed_boot_id="",
-            displayed_capture_ns={},
-            road_wheel_angle_rad=0.0,
-            acceleration_m_s2=0.0,
-            gear=Gear.DRIVE,
-            indicators=Indicators.OFF,
-            hazard=False,
-            horn=False,
-            dead_man=True,
-        )
+        return drive_command(sequence=sequence, sent_ns=sent_ns or event_ns, event_ns=event_ns)
 
     def operator(self, stamp_ns: int, offset_ns: int, bound_ns: int) -> OperatorStatus:
-        return OperatorStatus(
+        return operator_status(
             stamp_ns=stamp_ns,
             operator="anna",
-            device="keyboard",
             lease_epoch=1,
-            lease_note="",
             dead_man=True,
-            armed=True,
             wheel_phase="active",
-            steering_wheel_angle_rad=0.0,
-            steering_wheel_torque=0.0,
-            alignment_error_rad=0.0,
-            throttle=0.0,
-            brake=0.0,
-            road_wheel_angle_rad=0.0,
-            acceleration_m_s2=0.0,
-            gear=Gear.DRIVE,
-            indicators=Indicators.OFF,
-            hazard=False,
-            horn=False,
-            hand_over_note="",
-            stop_number=0,
-            stop_state="",
             clock_offset_ns=offset_ns,
             clock_bound_ns=bound_ns,
             round_trip_ms=1.0,

@@ -19,10 +19,11 @@ from recordings.program import app
 from recordings.read import open_recording
 from recordings.stage import stage_folder, stage_tables, write_configuration
 from recordings.timeline import timeline
+from tests.messages import operator_status
 from vehicle_gateway.video.sei import stamp_nal
 from wire import certificates
 from wire.configuration import read_sections, shipped
-from wire.messages.base import Gear, Indicators, encode
+from wire.messages.base import Gear, encode
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, Mode, VehicleDescription, VehicleState
 from wire.picture import EncodedPicture, pack_picture, unpack_picture
@@ -99,29 +100,12 @@ def vehicle_state(now_ns: int, number: int) -> VehicleState:
 
 
 def operator(now_ns: int) -> OperatorStatus:
-    return OperatorStatus(
+    return operator_status(
         stamp_ns=now_ns,
         operator="anna",
-        device="keyboard",
         lease_epoch=1,
-        lease_note="",
         dead_man=True,
-        armed=True,
         wheel_phase="active",
-        steering_wheel_angle_rad=0.0,
-        steering_wheel_torque=0.0,
-        alignment_error_rad=0.0,
-        throttle=0.0,
-        brake=0.0,
-        road_wheel_angle_rad=0.0,
-        acceleration_m_s2=0.0,
-        gear=Gear.DRIVE,
-        indicators=Indicators.OFF,
-        hazard=False,
-        horn=False,
-        hand_over_note="",
-        stop_number=0,
-        stop_state="",
         clock_offset_ns=-TOWER_AHEAD_NS,
         clock_bound_ns=MS,
         round_trip_ms=1.0,

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 from msgspec.structs import replace
 
-from tests.messages import autonomy_status
+from tests.messages import autonomy_status, drive_command
 from vehicle_gateway.can.codec import Feedback
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.can.vehicles import car_bus_of
@@ -23,7 +23,7 @@ from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Output
 from wire.configuration import read_sections, shipped
 from wire.latest import EventQueue, Latest
 from wire.messages.automation import AutonomyCommand, Reason, Scene, TakeoverRequest
-from wire.messages.base import Gear, Indicators, Message
+from wire.messages.base import Gear, Message
 from wire.messages.operating import DriveCommand, TowerStop
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverRequest, LeaseReply, LeaseRequest, Outcome
@@ -101,7 +101,7 @@ class Tower:
 
     def command(self, angle_rad) -> DriveCommand:
         self.sequence += 1
-        bare = DriveCommand(
+        bare = drive_command(
             lease_epoch=self.epoch,
             sequence=self.sequence,
             sent_ns=7,
@@ -112,9 +112,6 @@ class Tower:
             road_wheel_angle_rad=angle_rad if self.steer is None else self.steer,
             acceleration_m_s2=self.acceleration,
             gear=self.gear,
-            indicators=Indicators.OFF,
-            hazard=False,
-            horn=False,
             dead_man=self.dead_man,
         )
         if not self.forging:

@@ -7,44 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.messages import operator_status
 from tower.window.checks import Check, Checks, CheckState, Measured, Turn, checked, items, told
 from tower.window.forecast import Minute
 from tower.window.picture_age import PictureState
 from tower.window.sounds import Trial
 from wire.configuration import read_sections, shipped
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import VehicleDescription
 
 CAR = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 S = 1_000_000_000
-STILL = OperatorStatus(
-    stamp_ns=1,
-    operator="Anna",
-    device="G29",
-    lease_epoch=3,
-    lease_note="",
-    dead_man=False,
-    armed=True,
-    wheel_phase="idle",
-    steering_wheel_angle_rad=0.0,
-    steering_wheel_torque=0.0,
-    alignment_error_rad=0.0,
-    throttle=0.0,
-    brake=0.0,
-    road_wheel_angle_rad=0.0,
-    acceleration_m_s2=0.0,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    hand_over_note="",
-    stop_number=4,
-    stop_state="",
-    clock_offset_ns=0,
-    clock_bound_ns=1,
-    round_trip_ms=40.0,
-)
+STILL = operator_status(device="G29", stop_number=4, round_trip_ms=40.0)
 
 
 def after(*words: dict[str, Any]) -> Checks:

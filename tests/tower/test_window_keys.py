@@ -6,6 +6,7 @@ import pygame
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.messages import operator_status
 from tower.window.keys import BINDINGS, Control, WindowKeys, followed, next_input, next_window_keys, released
 from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
 from wire.messages.operating import OperatorInput, OperatorStatus
@@ -122,32 +123,14 @@ def test_pygame_knows_every_key_by_its_name() -> None:
 
 
 def cockpit_says(device: str) -> OperatorStatus:
-    return OperatorStatus(
-        stamp_ns=1,
-        operator="Anna",
+    return operator_status(
         device=device,
         lease_epoch=0,
-        lease_note="",
-        dead_man=False,
-        armed=True,
-        wheel_phase="idle",
-        steering_wheel_angle_rad=0.0,
-        steering_wheel_torque=0.0,
-        alignment_error_rad=0.0,
-        throttle=0.0,
-        brake=0.0,
-        road_wheel_angle_rad=0.0,
-        acceleration_m_s2=0.0,
         gear=Gear.REVERSE,
         indicators=Indicators.LEFT,
         hazard=True,
-        horn=False,
         lights=Lights.HIGH,
         wipers=Wipers.SLOW,
-        hand_over_note="",
-        stop_number=0,
-        stop_state="",
-        clock_offset_ns=0,
         clock_bound_ns=0,
         round_trip_ms=0.0,
     )

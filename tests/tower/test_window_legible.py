@@ -9,7 +9,7 @@ import numpy as np
 import pygame
 import pytest
 
-from tests.messages import gateway_status
+from tests.messages import gateway_status, operator_status
 from tower.window.age_history import Sample
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import CAP_SHARE, LEAST_SIZE, MEDIUM, REGULAR, Type
@@ -23,7 +23,6 @@ from wire.configuration import read_sections, shipped
 from wire.latest import Received
 from wire.messages.automation import Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear, Indicators, Lights, Wipers
-from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Actuation, HandOver, Mode, MotionToMotion, VehicleDescription, VehicleState
 
 NOW = 50_000_000_000_000
@@ -111,30 +110,12 @@ def sights(mode: Mode, **changes: Any) -> Sights:
         motion_to_motion=MOTION,
         command_age_ms=3.0,
     )
-    operator = OperatorStatus(
-        stamp_ns=1,
-        operator="Anna",
-        device="keyboard",
-        lease_epoch=3,
-        lease_note="",
-        dead_man=False,
+    operator = operator_status(
         armed=False,
         wheel_phase="align",
-        steering_wheel_angle_rad=0.0,
-        steering_wheel_torque=0.0,
         alignment_error_rad=0.5,
-        throttle=0.0,
-        brake=0.0,
         road_wheel_angle_rad=0.1,
-        acceleration_m_s2=0.0,
-        gear=Gear.DRIVE,
-        indicators=Indicators.OFF,
-        hazard=False,
-        horn=False,
         hand_over_note="refused: because",
-        stop_number=0,
-        stop_state="",
-        clock_offset_ns=0,
         clock_bound_ns=MS,
         round_trip_ms=40.0,
     )

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pygame
 
-from tests.messages import gateway_status
+from tests.messages import gateway_status, operator_status
 from tower.window.display_loop import DisplayLoop
 from tower.window.keys import Control
 from tower.window.picture_layout import Box
@@ -18,7 +18,7 @@ from tower.window.sounds import Player
 from tower.window.sticks import Hands
 from wire.configuration import read_sections, shipped
 from wire.latest import Latest
-from wire.messages.base import Gear, Indicators, Message, decoder, encode
+from wire.messages.base import Gear, Message, decoder, encode
 from wire.messages.operating import OperatorInput, OperatorStatus, WindowStatus
 from wire.messages.vehicle import Actuation, Mode, VehicleDescription, VehicleState
 
@@ -175,33 +175,7 @@ def test_the_window_tells_the_delay_of_its_screen_with_what_it_shows() -> None:
 
 
 def operator(**changes: Any) -> OperatorStatus:
-    plain = OperatorStatus(
-        stamp_ns=1,
-        operator="Anna",
-        device="keyboard",
-        lease_epoch=3,
-        lease_note="",
-        dead_man=False,
-        armed=True,
-        wheel_phase="idle",
-        steering_wheel_angle_rad=0.0,
-        steering_wheel_torque=0.0,
-        alignment_error_rad=0.0,
-        throttle=0.0,
-        brake=0.0,
-        road_wheel_angle_rad=0.0,
-        acceleration_m_s2=0.0,
-        gear=Gear.DRIVE,
-        indicators=Indicators.OFF,
-        hazard=False,
-        horn=False,
-        hand_over_note="",
-        stop_number=0,
-        stop_state="",
-        clock_offset_ns=VEHICLE_CLOCK_NS,
-        clock_bound_ns=MS,
-        round_trip_ms=20.0,
-    )
+    plain = operator_status(clock_offset_ns=VEHICLE_CLOCK_NS, clock_bound_ns=MS)
     return msgspec.structs.replace(plain, **changes)
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.messages import autonomy_status, gateway_status
+from tests.messages import autonomy_status, gateway_status, operator_status
 from tower.window.age_history import Sample
 from tower.window.drive_log import DriveLog
 from tower.window.fonts import clean, fit, width, wrap
@@ -92,30 +92,11 @@ def state(**changes: Any) -> VehicleState:
 
 
 def operator(**changes: Any) -> OperatorStatus:
-    plain = OperatorStatus(
-        stamp_ns=1,
-        operator="Anna",
-        device="keyboard",
-        lease_epoch=3,
-        lease_note="",
+    plain = operator_status(
         dead_man=True,
-        armed=True,
         wheel_phase="ready",
-        steering_wheel_angle_rad=0.0,
-        steering_wheel_torque=0.0,
-        alignment_error_rad=0.0,
-        throttle=0.0,
-        brake=0.0,
-        road_wheel_angle_rad=0.0,
-        acceleration_m_s2=0.0,
         gear=state().gear,
         indicators=state().applied.indicators,
-        hazard=False,
-        horn=False,
-        hand_over_note="",
-        stop_number=0,
-        stop_state="",
-        clock_offset_ns=0,
         clock_bound_ns=MS,
         round_trip_ms=40.0,
     )

@@ -7,7 +7,7 @@ import pygame
 import pytest
 from msgspec.structs import replace
 
-from tests.messages import gateway_status
+from tests.messages import gateway_status, operator_status
 from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
 from tower.window.hud import Hud
@@ -25,7 +25,7 @@ from vehicle_gateway.video.render.projection import project
 from wire.configuration import read_sections, shipped
 from wire.latest import Received
 from wire.messages.automation import PlannedWay, PlannerView, Reason, Scene, TakeoverRequest
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear
 from wire.messages.operating import OperatorStatus
 from wire.messages.sensing import Pose as MapPose
 from wire.messages.vehicle import Actuation, GatewayStatus, Mode, StopWay, VehicleDescription, VehicleState
@@ -75,30 +75,11 @@ def state(speed_m_s: float, gear: Gear = Gear.DRIVE) -> VehicleState:
 
 
 def operator(angle_rad: float = 0.0) -> OperatorStatus:
-    return OperatorStatus(
-        stamp_ns=1,
-        operator="Anna",
-        device="keyboard",
-        lease_epoch=3,
-        lease_note="",
+    return operator_status(
         dead_man=True,
-        armed=True,
         wheel_phase="active",
         steering_wheel_angle_rad=angle_rad * 14,
-        steering_wheel_torque=0.0,
-        alignment_error_rad=0.0,
-        throttle=0.0,
-        brake=0.0,
         road_wheel_angle_rad=angle_rad,
-        acceleration_m_s2=0.0,
-        gear=Gear.DRIVE,
-        indicators=Indicators.OFF,
-        hazard=False,
-        horn=False,
-        hand_over_note="",
-        stop_number=0,
-        stop_state="",
-        clock_offset_ns=0,
         clock_bound_ns=MS,
         round_trip_ms=40.0,
     )

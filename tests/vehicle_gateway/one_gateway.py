@@ -9,7 +9,7 @@ from math import cos, isfinite, pi, sin, tan
 
 from msgspec.structs import replace
 
-from tests.messages import autonomy_status, feedback
+from tests.messages import autonomy_status, drive_command, feedback
 from vehicle_gateway.authority import Event, next_authority
 from vehicle_gateway.cycle import step
 from vehicle_gateway.lease import CommandGuard, refuse_command
@@ -17,8 +17,7 @@ from vehicle_gateway.reports import status_of
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Outputs, State, initial_state
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import AutonomyCommand, Doubt, Reason, Scene, TakeoverRequest
-from wire.messages.base import Gear, Indicators, Lights, Wipers
-from wire.messages.operating import DriveCommand
+from wire.messages.base import Gear, Lights, Wipers
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.messages.vehicle import Mode, VehicleDescription
@@ -54,11 +53,10 @@ class Operator:
 
     def command(self, now_ns, boot_id, measured_rad):
         self.sequence += 1
-        return DriveCommand(
+        return drive_command(
             lease_epoch=self.epoch,
             sequence=self.sequence,
             sent_ns=3600 * 10**9,
-            event_ns=0,
             echoed_vehicle_ns=now_ns - 40 * MS,
             echoed_boot_id=boot_id,
             displayed_capture_ns=dict(self.seen),
@@ -66,9 +64,6 @@ class Operator:
             override=self.override,
             gear=self.gear,
             road_wheel_angle_rad=measured_rad if self.steer is None else self.steer,
-            indicators=Indicators.OFF,
-            hazard=False,
-            horn=False,
             lights=self.lights,
             wipers=self.wipers,
             dead_man=self.dead_man,

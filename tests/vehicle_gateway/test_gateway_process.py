@@ -23,6 +23,7 @@ from cryptography import x509
 from recordings.audit.drives import remote_drives
 from recordings.audit.source import read_lines, readable
 from recordings.audit.verify import verify
+from tests.messages import drive_command
 from vehicle_gateway.audit.file import audit_file
 from vehicle_gateway.authority import Event
 from vehicle_gateway.can.bus import Bus, open_bus
@@ -47,8 +48,8 @@ from wire.configuration import shipped
 from wire.identity import Signer, signer_of
 from wire.link import open_link
 from wire.messages.audit import AuditKind
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import DriveCommand, TowerStop
+from wire.messages.base import Gear
+from wire.messages.operating import TowerStop
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.messages.vehicle import GatewayStatus, Mode
@@ -199,7 +200,7 @@ class Tower:
             newest = self.state.get()
             if self.silent or self.lease is None or newest is None:
                 continue
-            command = DriveCommand(
+            command = drive_command(
                 lease_epoch=self.lease.epoch,
                 sequence=self.sequence,
                 sent_ns=now_ns,
@@ -207,13 +208,7 @@ class Tower:
                 echoed_vehicle_ns=newest.message.stamp_ns,
                 echoed_boot_id=newest.message.boot_id,
                 displayed_capture_ns={"front": max(now_ns - 60_000_000, 0)},
-                road_wheel_angle_rad=0.0,
                 acceleration_m_s2=self.throttle,
-                gear=Gear.DRIVE,
-                indicators=Indicators.OFF,
-                hazard=False,
-                horn=False,
-                dead_man=True,
             )
             key = bytes(32) if self.forge else bytes.fromhex(self.lease.key_hex)
             self.link.publish("drive_command", sign(command, key))

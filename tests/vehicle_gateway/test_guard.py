@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from tests.messages import feedback
+from tests.messages import drive_command, feedback
 from vehicle_gateway.authority import Authority
 from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.cycle import step
@@ -30,8 +30,6 @@ from vehicle_gateway.place import fix_of, shift_of
 from vehicle_gateway.state import GatewayLimits, Inputs, initial_state
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import Scene, TrackedObject, Zone, ZoneKind
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import DriveCommand
 from wire.messages.vehicle import Mode, VehicleDescription
 from wire.scenario import read_map
 
@@ -273,21 +271,12 @@ class Drive:
         )
 
     def _command(self):
-        return DriveCommand(
+        return drive_command(
             lease_epoch=self.state.lease.epoch,
-            sequence=1,
-            sent_ns=0,
-            event_ns=0,
             echoed_vehicle_ns=self.now - 40 * MS,
             echoed_boot_id="boot",
-            displayed_capture_ns={},
             road_wheel_angle_rad=self.steer,
             acceleration_m_s2=self.throttle,
-            gear=Gear.DRIVE,
-            indicators=Indicators.OFF,
-            hazard=False,
-            horn=False,
-            dead_man=True,
             override=self.override,
         )
 

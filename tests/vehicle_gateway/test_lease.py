@@ -4,30 +4,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.messages import drive_command
 from vehicle_gateway.lease import CommandGuard, Lease, refuse_command, renew_epoch, request_lease
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import DriveCommand
 from wire.messages.session import LeaseRequest
 
 S = 1_000_000_000
 NOW = 3_600 * S
 GUARD = CommandGuard(epoch=7, boot_id="boot", last_sequence=40)
-GOOD = DriveCommand(
-    lease_epoch=7,
-    sequence=41,
-    sent_ns=1,
-    event_ns=1,
-    echoed_vehicle_ns=NOW - S // 10,
-    echoed_boot_id="boot",
-    displayed_capture_ns={},
-    road_wheel_angle_rad=0.0,
-    acceleration_m_s2=0.0,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    dead_man=True,
-)
+GOOD = drive_command(lease_epoch=7, sequence=41, sent_ns=1, event_ns=1, echoed_vehicle_ns=NOW - S // 10, echoed_boot_id="boot")
 HELD = Lease(epoch=7, holder="ann", session="s1", seen_ns=NOW)
 
 

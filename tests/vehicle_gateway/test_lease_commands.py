@@ -3,29 +3,13 @@
 import pytest
 from msgspec.structs import replace
 
+from tests.messages import drive_command
 from vehicle_gateway.lease import CommandGuard, refuse_command
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import DriveCommand
 
 MS = 1_000_000
 NOW = 3_600_000 * MS
 GUARD = CommandGuard(epoch=7, boot_id="boot", last_sequence=40)
-GOOD = DriveCommand(
-    lease_epoch=7,
-    sequence=41,
-    sent_ns=1,
-    event_ns=1,
-    echoed_vehicle_ns=NOW,
-    echoed_boot_id="boot",
-    displayed_capture_ns={},
-    road_wheel_angle_rad=0.0,
-    acceleration_m_s2=0.0,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    dead_man=True,
-)
+GOOD = drive_command(lease_epoch=7, sequence=41, sent_ns=1, event_ns=1, echoed_vehicle_ns=NOW, echoed_boot_id="boot")
 
 
 @pytest.mark.parametrize(

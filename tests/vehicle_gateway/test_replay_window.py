@@ -8,35 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.messages import drive_command
 from vehicle_gateway.answers import answer_hand_overs
 from vehicle_gateway.cycle import step
 from vehicle_gateway.lease import CommandGuard, Lease, refuse_command
 from vehicle_gateway.state import GatewayLimits, Inputs, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import DriveCommand
 from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import VehicleDescription
 
 NOW = 5000 * 10**9
 CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 LIMITS = GatewayLimits()
-COMMAND = DriveCommand(
-    lease_epoch=7,
-    sequence=1,
-    sent_ns=1,
-    event_ns=1,
-    echoed_vehicle_ns=NOW,
-    echoed_boot_id="boot",
-    displayed_capture_ns={},
-    road_wheel_angle_rad=0.0,
-    acceleration_m_s2=0.0,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    dead_man=True,
-)
+COMMAND = drive_command(lease_epoch=7, sent_ns=1, event_ns=1, echoed_vehicle_ns=NOW, echoed_boot_id="boot")
 QUESTION = HandOverRequest(lease_epoch=7, number=1, action=Action.CLEAR, sent_ns=1, echoed_vehicle_ns=NOW, echoed_boot_id="boot")
 HELD = replace(initial_state("boot", NOW, 100, False), lease=Lease(epoch=7, holder="ann", session="s1", seen_ns=NOW))
 

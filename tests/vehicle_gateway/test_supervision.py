@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests import messages
+from tests.messages import drive_command
 from vehicle_gateway.authority import Authority
 from vehicle_gateway.cycle import step
 from vehicle_gateway.gateway import recalled_state, remember
@@ -14,8 +15,6 @@ from vehicle_gateway.lease import Lease
 from vehicle_gateway.reports import status_of
 from vehicle_gateway.state import GatewayLimits, Inputs, Picture, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import DriveCommand
 from wire.messages.session import LeaseRequest, Supervision, SupervisionRequest
 from wire.messages.vehicle import Mode, VehicleDescription
 
@@ -27,22 +26,7 @@ LIMITS = GatewayLimits()
 CHIEF = Identity(name="tower-supervisor.carla", operator="carla", fingerprint="c0", ends_ns=NOW + 10**6 * S)
 TOWER = Identity(name="tower-hub", fingerprint="aa", ends_ns=NOW + 10**6 * S)
 MOVING = messages.feedback(speed_m_s=3.0)
-COMMAND = DriveCommand(
-    lease_epoch=7,
-    sequence=1,
-    sent_ns=1,
-    event_ns=1,
-    echoed_vehicle_ns=NOW,
-    echoed_boot_id="boot",
-    displayed_capture_ns={},
-    road_wheel_angle_rad=0.0,
-    acceleration_m_s2=0.5,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    dead_man=True,
-)
+COMMAND = drive_command(lease_epoch=7, sent_ns=1, event_ns=1, echoed_vehicle_ns=NOW, echoed_boot_id="boot", acceleration_m_s2=0.5)
 
 
 class Car:

@@ -8,6 +8,7 @@ from math import tan
 import pytest
 from msgspec.structs import replace
 
+from tests.messages import drive_command
 from vehicle_gateway.can.cyclic import Sent
 from vehicle_gateway.can.toyota_codec import toyota_codec
 from vehicle_gateway.can.toyota_layout import toyota_layouts
@@ -16,8 +17,6 @@ from vehicle_gateway.cycle import step
 from vehicle_gateway.settings import VehicleGatewaySettings
 from vehicle_gateway.state import Inputs, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.base import Gear, Indicators
-from wire.messages.operating import DriveCommand
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverRequest, LeaseRequest, Outcome
 from wire.messages.vehicle import Mode, VehicleDescription
@@ -134,21 +133,15 @@ class Drive:
             return {"cameras": (camera,)}
         self.sequence += 1
         measured = self.state.feedback.road_wheel_angle_rad if self.state.feedback else 0.0
-        command = DriveCommand(
+        command = drive_command(
             lease_epoch=self.epoch,
             sequence=self.sequence,
             sent_ns=now_ns,
-            event_ns=0,
             echoed_vehicle_ns=now_ns - 40 * MS,
             echoed_boot_id="boot",
             displayed_capture_ns={"front": now_ns - 80 * MS},
             acceleration_m_s2=self.throttle,
-            gear=Gear.DRIVE,
             road_wheel_angle_rad=measured if self.steer_rad is None else self.steer_rad,
-            indicators=Indicators.OFF,
-            hazard=False,
-            horn=False,
-            dead_man=True,
         )
         return {"cameras": (camera,), "command": command, "command_ns": now_ns - MS}
 

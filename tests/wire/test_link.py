@@ -12,12 +12,13 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from tests.messages import drive_command
 from wire import certificates
 from wire.clock import Clock
 from wire.link import Link, LinkError, Stopped, open_link
 from wire.messages.automation import AutonomyCommand
-from wire.messages.base import Gear, Indicators, encode
-from wire.messages.operating import ClockPong, DriveCommand, TowerStop, WindowStatus
+from wire.messages.base import Indicators, encode
+from wire.messages.operating import ClockPong, TowerStop, WindowStatus
 from wire.messages.sensing import Gnss, Imu, MovingPerson, Pose, WorldState
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.ports import free_addresses
@@ -25,22 +26,7 @@ from wire.settings import LinkSettings
 from wire.topics import Role
 
 PATIENCE_S = 8.0
-COMMAND = DriveCommand(
-    lease_epoch=1,
-    sequence=0,
-    sent_ns=1,
-    event_ns=1,
-    echoed_vehicle_ns=0,
-    echoed_boot_id="",
-    displayed_capture_ns={},
-    road_wheel_angle_rad=0.1,
-    acceleration_m_s2=-0.5,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    dead_man=True,
-)
+COMMAND = drive_command(sequence=0, sent_ns=1, event_ns=1, road_wheel_angle_rad=0.1, acceleration_m_s2=-0.5)
 STATUS = WindowStatus(stamp_ns=1, sequence=0, displayed_capture_ns={}, frozen=False, shown=(), frames_dropped=0)
 WORLD = WorldState(
     stamp_ns=1,

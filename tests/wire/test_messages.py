@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import inspect
 
+from tests.messages import drive_command
 from wire.messages import audit, automation, health, operating, sensing, session, vehicle
-from wire.messages.base import Gear, Indicators, Message, decoder, encode
+from wire.messages.base import Message, decoder, encode
 
 MODULES: tuple[ModuleType, ...] = (audit, automation, health, operating, sensing, session, vehicle)
 MESSAGES = sorted(
@@ -24,8 +25,7 @@ MESSAGES = sorted(
     },
     key=lambda type_: type_.__name__,
 )
-COMMAND = operating.DriveCommand(
-    lease_epoch=1,
+COMMAND = drive_command(
     sequence=2,
     sent_ns=3,
     event_ns=4,
@@ -34,11 +34,6 @@ COMMAND = operating.DriveCommand(
     displayed_capture_ns={"front": 6},
     road_wheel_angle_rad=0.1,
     acceleration_m_s2=-1.0,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    dead_man=True,
 )
 
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.messages import drive_command
 from wire.messages.base import Gear, Indicators, Lights, Wipers, decoder, encode
 from wire.messages.operating import DriveCommand
 from wire.messages.session import Action, HandOverRequest
@@ -12,7 +13,7 @@ from wire.signature import is_genuine, sign
 
 KEY = bytes(range(32))
 COMMAND = sign(
-    DriveCommand(
+    drive_command(
         lease_epoch=3,
         sequence=9,
         sent_ns=10,
@@ -22,10 +23,7 @@ COMMAND = sign(
         displayed_capture_ns={"front": 13},
         road_wheel_angle_rad=0.1,
         acceleration_m_s2=-1.0,
-        gear=Gear.DRIVE,
         indicators=Indicators.LEFT,
-        hazard=False,
-        horn=False,
         dead_man=False,
     ),
     KEY,
