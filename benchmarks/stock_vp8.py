@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from benchmarks.pictures import WARM_UP_S, Cameras, Measured, Meter, Scene, cpu_s
 from vehicle_gateway.video.picture import plane
-from vehicle_gateway.video.track import new_connection
 from wire.clock import Clock
 from wire.messages.vehicle import CameraCalibration
+from wire.rtc import new_connection
 
 _BLOCK_PX, _BITS = 8, 48  # a block is as large as VP8 needs it to be; 48 of them fit into the narrowest camera of 384
 _VIDEO_CLOCK = Fraction(1, 90_000)

@@ -1,9 +1,8 @@
 """The seam to aiortc on the tower's side: a connection that only receives H.264, one section per camera.
 
-All use of its inside is here: aioice leaves 127.0.0.1 out, so that a machine without any network would offer no candidate;
-a lost packet holds everything back until 512 more have come, although the sender can resend only the last 128; of several
-cameras no packet that is sent again is known; one whose repetition is lost as well is not asked for again; and what a hole has
-held up stays late.
+All use of its inside that is the tower's alone is here (`wire.rtc` has the rest): a lost packet holds everything back until 512
+more have come, although the sender can resend only the last 128; of several cameras no packet that is sent again is known; one
+whose repetition is lost as well is not asked for again; and what a hole has held up stays late.
 
 Tested against aiortc 1.16.0, aioice 0.13.0.
 """
@@ -11,46 +10,21 @@ Tested against aiortc 1.16.0, aioice 0.13.0.
 from collections.abc import Iterator
 from typing import Any
 
-from aiortc import (
-    RTCBundlePolicy,
-    RTCConfiguration,
-    RTCIceServer,
-    RTCIceTransportPolicy,
-    RTCPeerConnection,
-    RTCRtpReceiver,
-    RTCSessionDescription,
-)
-from aiortc.exceptions import InvalidAccessError, InvalidStateError, OperationError
+from aiortc import RTCBundlePolicy, RTCPeerConnection, RTCRtpReceiver, RTCSessionDescription
 from aiortc.jitterbuffer import JitterBuffer, JitterFrame
 from aiortc.rtp import RTP_HISTORY_SIZE, RtpPacket
 from av import VideoFrame
 from av.sidedata.sidedata import Type
 
-from wire.ice import GATHER_S, Ways
+from wire.ice import Ways
+from wire.rtc import UNREADABLE, gather_in_time, new_connection
 
-_UNREADABLE = (
-    OperationError,
-    InvalidAccessError,
-    InvalidStateError,
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    AssertionError,
-)  # what aiortc raises on an SDP it cannot use
-LOOPBACK = "127.0.0.1"
 _RESENDABLE = RTP_HISTORY_SIZE  # 128 packets: beyond them a hole stays a hole. A picture must be smaller (150 kB)
 
 
 async def receiving_connection(cameras: int, ways: Ways) -> RTCPeerConnection:
     """A connection with its offer as local description, gathered: without servers, host candidates only."""
-    connection = RTCPeerConnection(
-        RTCConfiguration(
-            iceServers=[RTCIceServer(each.url, each.username or None, each.password or None) for each in ways.servers],
-            bundlePolicy=RTCBundlePolicy.MAX_BUNDLE,
-            iceTransportPolicy=RTCIceTransportPolicy.RELAY if ways.relay_only else RTCIceTransportPolicy.ALL,
-        )
-    )
+    connection = new_connection(ways, RTCBundlePolicy.MAX_BUNDLE)
     capabilities = RTCRtpReceiver.getCapabilities("video")
     codecs = capabilities.codecs if capabilities is not None else []
     for _ in range(cameras):
@@ -58,7 +32,7 @@ async def receiving_connection(cameras: int, ways: Ways) -> RTCPeerConnection:
         transceiver.setCodecPreferences([codec for codec in codecs if codec.mimeType in ("video/H264", "video/rtx")])
         receiver: Any = transceiver.receiver
         receiver._RTCRtpReceiver__jitter_buffer = PromptBuffer(receiver)
-    _gather_in_time(connection, ways.relay_only)
+    gather_in_time(connection, ways.relay_only)
     await connection.setLocalDescription(await connection.createOffer())
     return connection
 
@@ -117,22 +91,9 @@ async def take_answer(connection: RTCPeerConnection, sdp: str) -> str:
     """Apply the car's answer; "" or, in words, why it cannot be used."""
     try:
         await connection.setRemoteDescription(RTCSessionDescription(sdp, "answer"))
-    except _UNREADABLE as error:
+    except UNREADABLE as error:
         return f"the answer cannot be used: {error or type(error).__name__}"
     return ""
-
-
-def _gather_in_time(connection: RTCPeerConnection, relay_only: bool) -> None:
-    """Before gathering: wait a second for a server, not five; where the machine has no network, offer 127.0.0.1."""
-    for transceiver in connection.getTransceivers():
-        ice: Any = transceiver.receiver.transport.transport.iceGatherer._connection
-        gather = ice.get_component_candidates
-
-        async def gather_some(component: int, addresses: list[str], timeout: float = GATHER_S, gather: Any = gather) -> Any:
-            local = addresses or ([] if relay_only else [LOOPBACK])
-            return await gather(component=component, addresses=local, timeout=timeout)
-
-        ice.get_component_candidates = gather_some
 
 
 def user_data(frame: VideoFrame) -> Iterator[bytes]:

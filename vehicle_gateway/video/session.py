@@ -10,25 +10,15 @@ from collections.abc import Mapping
 from concurrent.futures import TimeoutError as FutureTimeoutError
 
 from aiortc import RTCPeerConnection, RTCSessionDescription
-from aiortc.exceptions import InvalidAccessError, InvalidStateError, OperationError
 
-from vehicle_gateway.video.track import Feedback, PacketTrack, gather_in_time, new_connection, send_on
+from vehicle_gateway.video.track import Feedback, PacketTrack, send_on
 from wire.ice import DIRECT, Ways
 from wire.messages.session import VideoAnswer, VideoOffer
 from wire.picture import EncodedPicture
+from wire.rtc import UNREADABLE, gather_in_time, new_connection
 
 log = logging.getLogger(__name__)
 _ANSWER_TIMEOUT_S = 1.5  # gathering takes some 20 ms; the window waits 2 s
-_UNREADABLE = (
-    OperationError,
-    InvalidAccessError,
-    InvalidStateError,
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    AssertionError,
-)  # what aiortc raises on an SDP it cannot use
 
 
 class OfferRefused(Exception):
@@ -74,7 +64,7 @@ class VideoSessions:
             return VideoAnswer(sdp="", cameras=(), rule="the car's cameras are ending; ask again")
         try:
             return VideoAnswer(sdp=future.result(_ANSWER_TIMEOUT_S), cameras=offer.cameras, rule="")
-        except (OfferRefused, *_UNREADABLE) as error:
+        except (OfferRefused, *UNREADABLE) as error:
             return VideoAnswer(sdp="", cameras=(), rule=f"offer refused: {error or type(error).__name__}"[:2000])
         except FutureTimeoutError:
             future.cancel()

@@ -1,4 +1,4 @@
-"""The seam to aiortc: our coded pictures as a track, and the receiver's request for an IDR. All use of aiortc's inside.
+"""The seam to aiortc: our coded pictures as a track, and the receiver's request for an IDR. `wire.rtc` has what both ends share.
 
 - The track returns ready packets, so aiortc neither encodes nor clamps the rate (public interface).
 - After every picture follows a lone end-of-sequence NAL unit with the next time stamp. The stock receiver releases a
@@ -6,7 +6,6 @@
   once. Only towards our own tower: browsers were not tried.
 - aiortc tells a packet track nothing of what the receiver reports: `RTCRtpSender._send_keyframe` (PLI and FIR) is replaced
   and `_handle_rtcp_packet` (estimate and loss) listened to, on the instance.
-- aioice leaves 127.0.0.1 out: on a machine without any network there would be no candidate at all.
 
 Tested against aiortc 1.16.0, aioice 0.13.0.
 """
@@ -17,20 +16,18 @@ from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
 
 import av
-from aiortc import MediaStreamTrack, RTCConfiguration, RTCIceServer, RTCIceTransportPolicy, RTCPeerConnection, RTCRtpTransceiver
+from aiortc import MediaStreamTrack, RTCRtpTransceiver
 from aiortc.mediastreams import MediaStreamError
 from aiortc.rtcrtpsender import RTCRtpSender
 from aiortc.rtp import RTCP_PSFB_APP, RtcpPsfbPacket, RtcpRrPacket, RtcpSrPacket, unpack_remb_fci
 
 from vehicle_gateway.video.backlog import Backlog
 from vehicle_gateway.video.sei import END_OF_SEQUENCE
-from wire.ice import DIRECT, GATHER_S, Ways
 from wire.picture import EncodedPicture
 
 Packet: TypeAlias = "av.Packet[Any]"
 _VIDEO_CLOCK_HZ = 90_000
 _TIME_BASE = Fraction(1, _VIDEO_CLOCK_HZ)
-LOOPBACK = "127.0.0.1"
 
 
 class PacketTrack(MediaStreamTrack):  # aiortc accepts nothing but its own class
@@ -82,13 +79,6 @@ class PacketTrack(MediaStreamTrack):  # aiortc accepts nothing but its own class
         return packet
 
 
-def new_connection(ways: Ways = DIRECT) -> RTCPeerConnection:
-    """A peer connection that asks only the servers given: with none, host candidates only. (aiortc's default is a public one.)"""
-    servers = [RTCIceServer(each.url, each.username or None, each.password or None) for each in ways.servers]
-    policy = RTCIceTransportPolicy.RELAY if ways.relay_only else RTCIceTransportPolicy.ALL
-    return RTCPeerConnection(RTCConfiguration(iceServers=servers, iceTransportPolicy=policy))
-
-
 class Feedback(Protocol):
     """Who is told what the receiver of one camera reports. Called on the session's thread."""
 
@@ -131,16 +121,3 @@ def _listen(packet: object, ssrc: int, feedback: Feedback) -> None:
             return  # another application's message
         if ssrc in ssrcs:
             feedback.note_estimate(estimate_bps)
-
-
-def gather_in_time(connection: RTCPeerConnection, relay_only: bool = False) -> None:
-    """Before gathering: wait a second for a server, not five; where the machine has no network, offer 127.0.0.1."""
-    for transceiver in connection.getTransceivers():
-        ice: Any = transceiver.receiver.transport.transport.iceGatherer._connection
-        gather = ice.get_component_candidates
-
-        async def gather_some(component: int, addresses: list[str], timeout: float = GATHER_S, gather: Any = gather) -> Any:
-            local = addresses or ([] if relay_only else [LOOPBACK])
-            return await gather(component=component, addresses=local, timeout=timeout)
-
-        ice.get_component_candidates = gather_some
