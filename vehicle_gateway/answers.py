@@ -14,6 +14,7 @@ from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseR
 from wire.messages.vehicle import HandOver, Mode, VehicleDescription
 
 IN_USE = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
+AT_ONCE = (Action.ENGAGE, Action.CLEAR)  # nothing is left to commit
 CAMERA_STATUS_AGE_MAX_NS = 1_500_000_000  # told at 5 Hz: seven missed
 
 
@@ -60,6 +61,7 @@ def answer_hand_overs(
                 rule=rule,
                 lease_epoch=state.lease.epoch,
                 outcome=Outcome.REFUSED if rule else Outcome.GRANTED,
+                hand_over=0 if rule or request.action in AT_ONCE else state.hand_over.number,
             )
         )
     return state, tuple(events), tuple(replies)
@@ -95,7 +97,9 @@ def _grant(state: State, request: HandOverRequest, now_ns: int) -> tuple[State, 
             return replace(state, stop_pressed=False), []
         case Action.ENGAGE:
             return state, [Event.ENGAGED]
-    hand_over = HandOver(number=state.hand_over.number + 1, action=request.action, state="granted", rule="")
+    hand_over = HandOver(
+        number=state.hand_over.number + 1, action=request.action, state="granted", rule="", question=request.number
+    )
     state = replace(state, hand_over=hand_over, granted_ns=now_ns)
     if request.action is Action.HAND_BACK:  # no new epoch: were this answer lost, the operator would no longer drive
         return state, [Event.HAND_BACK_GRANTED]

@@ -138,6 +138,18 @@ def test_every_recorded_step_of_gateway_monitor_and_wheel_gives_the_same_outputs
     assert tallies["monitor step"].checked > 300 and tallies["torque step"].checked > 5000
 
 
+def test_tower_and_car_tell_the_same_of_every_hand_over_by_the_number_of_its_question(finished):
+    with open_recording(finished[0] / "drive.mcap") as recording:
+        asked = {(told.question.number, told.question.state) for _, told in recording.messages("operator_status")}
+        ended = {(told.hand_over.question, told.hand_over.state) for _, told in recording.messages("gateway_status")}
+        trail = [record for _, record in recording.messages("audit") if record.kind in ("grant", "hand_over")]
+    done = sorted(number for number, state in ended if state == "committed")
+    assert len(done) == 2, "one taken, one handed back"
+    for number in done:
+        assert {(number, state) for state in ("requested", "granted", "committed")} <= asked
+        assert [record.kind for record in trail if record.question == number] == ["grant", "hand_over"]
+
+
 def test_the_window_left_a_picture_of_the_remote_drive(finished):
     picture = (finished[0] / "window.png").read_bytes()
     assert picture.startswith(b"\x89PNG")

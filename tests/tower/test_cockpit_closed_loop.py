@@ -165,7 +165,8 @@ class Car:
         self.hand_over = HandOver(number=self.hand_over.number + 1, action=request.action, state="granted", rule="")
         if request.action is Action.HAND_BACK:
             self.mode = Mode.AUTONOMOUS
-        return HandOverReply(number=request.number, outcome=Outcome.GRANTED, rule="", lease_epoch=self.epoch)
+        number = self.hand_over.number
+        return HandOverReply(number=request.number, outcome=Outcome.GRANTED, rule="", lease_epoch=self.epoch, hand_over=number)
 
     def hear(self, command: DriveCommand, now_ns: int) -> None:
         if command.lease_epoch != self.epoch or not is_genuine(command, KEY):

@@ -12,6 +12,7 @@ from wire.messages.session import Action, HandOverReply, Outcome
 from wire.messages.vehicle import GatewayStatus, HandOver, Mode
 
 S = 1_000_000_000
+CARS = 7  # the car's own number of what it grants
 STATUS = gateway_status(lease_holder="o", lease_epoch=3)
 REQUEST = TakeoverRequest(number=1, raised_ns=0, reasons=(Reason(channel="map", text="closed"),), budget_s=15.0, place=(0.0, 0.0))
 READY = HandOverInputs(pressed=frozenset(), phase=Phase.READY, dead_man=True, lease_epoch=3, status=STATUS, asker_busy=False)
@@ -22,7 +23,13 @@ def press(button: str, inputs: HandOverInputs = READY) -> HandOverInputs:
 
 
 def reply(number: int, outcome: Outcome = Outcome.GRANTED, rule: str = "") -> HandOverReply:
-    return HandOverReply(number=number, outcome=outcome, rule=rule, lease_epoch=4)
+    granted = outcome is Outcome.GRANTED
+    return HandOverReply(number=number, outcome=outcome, rule=rule, lease_epoch=4, hand_over=CARS if granted else 0)
+
+
+def told(state: str, rule: str = "", number: int = 0) -> GatewayStatus:
+    """What the car says of a hand-over, by default of the one it granted us."""
+    return with_status(hand_over=HandOver(number=number or CARS, action="take", state=state, rule=rule))
 
 
 def with_status(**changes: object) -> GatewayStatus:
@@ -86,18 +93,56 @@ def test_a_grant_makes_the_wheel_ours_until_the_car_confirms_or_a_second_has_pas
 def test_an_expired_grant_gives_the_wheel_back_at_once_and_is_told() -> None:
     state, _ = step(HandOverState(), press("accept"), 0)
     state = answered(state, reply(1), 0)
-    expired = with_status(hand_over=HandOver(number=1, action="take", state="expired", rule="no command in 300 ms"))
+    expired = told("expired", "no command in 300 ms")
     state, _ = step(state, replace(READY, status=expired), S // 4)
     assert not is_driving(state, expired, "o", S // 4)
     assert state.note == "take expired: no command in 300 ms"
 
 
 def test_a_grant_of_the_past_does_not_end_the_next_one() -> None:
-    old = replace(READY, status=with_status(hand_over=HandOver(number=1, action="take", state="expired", rule="")))
+    old = replace(READY, status=told("expired", number=CARS - 1))
     state, _ = step(HandOverState(), old, 0)
     state, _ = step(state, press("accept", old), S)
     state, _ = step(answered(state, reply(1), S), old, S + 1)
     assert is_driving(state, old.status, "o", S + 2)
+
+
+def test_a_question_is_kept_with_its_number_and_what_becomes_of_it() -> None:
+    state, _ = step(HandOverState(), press("accept"), 0)
+    assert (state.question.number, state.question.action, state.question.state) == (1, "take", "requested")
+    granted = answered(state, reply(1), 0)
+    assert (granted.question.state, granted.question.hand_over) == ("granted", CARS)
+    for how in ("committed", "expired", "aborted"):
+        ended, _ = step(granted, replace(READY, status=told(how, "why")), S // 4)
+        assert (ended.question.state, ended.question.rule, ended.question.number) == (how, "why", 1)
+    again, asked = step(ended, press("accept"), S)
+    assert asked is not None and (again.question.number, again.question.state) == (asked.number, "requested") == (2, "requested")
+
+
+def test_a_refused_question_keeps_its_rule_and_one_without_an_answer_has_expired() -> None:
+    state, _ = step(HandOverState(), press("accept"), 0)
+    refused, lost = answered(state, reply(1, Outcome.REFUSED, "too fast"), S).question, answered(state, None, S).question
+    assert (refused.state, refused.rule) == ("refused", "too fast")
+    assert (lost.state, lost.rule) == ("expired", "no answer")
+
+
+def test_what_the_car_says_of_another_hand_over_does_not_end_ours() -> None:
+    state, _ = step(HandOverState(), press("accept"), 0)
+    state, _ = step(answered(state, reply(1), 0), replace(READY, status=told("committed", number=CARS + 1)), S // 4)
+    assert state.question.state == "granted"
+
+
+def test_engage_and_clear_are_done_with_the_grant() -> None:
+    for button in ("engage", "clear"):
+        state, _ = step(HandOverState(), press(button), 0)
+        assert answered(state, reply(1), 0).question.state == "committed"
+
+
+def test_a_car_that_started_anew_has_forgotten_what_it_granted() -> None:
+    state, _ = step(HandOverState(), press("accept"), 0)
+    state, _ = step(answered(state, reply(1), 0), replace(READY, status=with_status(boot_id="another")), S // 4)
+    assert state.question.state == "aborted" and "started anew" in state.note
+    assert not is_driving(state, STATUS, "o", S // 4)
 
 
 def test_a_press_while_driving_asks_for_nothing() -> None:

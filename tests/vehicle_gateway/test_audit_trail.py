@@ -190,14 +190,14 @@ def test_every_answer_to_a_hand_over_question_is_told_and_what_became_of_the_gra
     story.cycle(lease=HELD)
     story.cycle(inputs=Inputs(hand_over_requests=(question(1),)), out_hand_over_replies=(answer(1, "align the wheel"),))
     story.cycle(inputs=Inputs(hand_over_requests=(question(2),)), out_hand_over_replies=(answer(2),))
-    granted = HandOver(number=1, action="take", state="granted", rule="")
+    granted = HandOver(number=1, action="take", state="granted", rule="", question=2)
     story.cycle(hand_over=granted)
     story.cycle(hand_over=replace(granted, state="expired"))
     told = [(entry.kind, entry.subject, entry.question, entry.text) for entry in story.told[1:]]
     assert told == [
         (K.REFUSAL, "take", 1, "align the wheel"),
         (K.GRANT, "take", 2, ""),
-        (K.HAND_OVER, "expired", 1, "take"),
+        (K.HAND_OVER, "expired", 2, "take"),
     ]
 
 

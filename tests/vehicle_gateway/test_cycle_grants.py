@@ -118,6 +118,28 @@ def test_each_question_gets_one_answer_and_two_at_once_are_not_both_granted():
     drive.tick(hand_over_requests=two)
     assert [reply.number for reply in drive.out.hand_over_replies] == [8, 9]
     assert [reply.outcome for reply in drive.out.hand_over_replies] == [Outcome.GRANTED, Outcome.REFUSED]
+    assert [reply.hand_over for reply in drive.out.hand_over_replies] == [drive.told().hand_over.number, 0]
+    assert drive.told().hand_over.question == 8, "which question was granted"
+
+
+def test_a_grant_and_what_becomes_of_it_carry_the_number_of_their_question():
+    drive = autonomous()
+    drive.ann.number = 40
+    reply = drive.ask(Action.TAKE)
+    number = drive.told().hand_over.number
+    assert (reply.number, reply.hand_over) == (41, number)
+    drive.run(0.2)
+    told = drive.told().hand_over
+    assert (told.number, told.question, told.state) == (number, 41, "committed")
+
+
+def test_what_is_done_with_its_grant_has_no_number_of_a_hand_over():
+    drive = Drive()
+    drive.run(1.0)
+    drive.lease()
+    drive.run(0.3)
+    reply = drive.ask(Action.ENGAGE)
+    assert (reply.outcome, reply.hand_over) == (Outcome.GRANTED, 0)
 
 
 def test_steering_and_traction_step_less_while_control_changes_hands():

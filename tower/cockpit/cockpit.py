@@ -181,7 +181,7 @@ class Cockpit:
         self._hand_over = hand_over.answered(self._hand_over, answer, now_ns)
         if answer is None:
             self._lease = replace(self._lease, renew_now=True)  # a grant may have been lost: learn the epoch
-        elif answer.outcome is Outcome.GRANTED and answer.number == self._hand_over.number:
+        elif answer.outcome is Outcome.GRANTED and answer.number == self._hand_over.question.number:
             self._lease = lease_client.with_epoch(self._lease, answer.lease_epoch, now_ns)
             if asked is Action.CLEAR:
                 self._stop = stop_button.cleared(self._stop)

@@ -1,12 +1,16 @@
 """Hand-over, from the tower's side: a press becomes a wish, a wish waits for its conditions, then the car is asked once. Pure.
 
-The car answers granted (with a new epoch) or refused (with the rule); what becomes of a grant is told by its GatewayStatus. Never
-believes that the operator drives before the car has said so, but for the moment between a grant and its commit.
+The car answers granted (with a new epoch) or refused (with the rule); what becomes of a grant is told by its GatewayStatus. The
+last question is kept with its number and what became of it, as the car keeps the hand-over that it granted. Never believes that
+the operator drives before the car has said so, but for the moment between a grant and its commit.
 """
 
 from dataclasses import dataclass, replace
 
+from msgspec.structs import replace as changed
+
 from haptics.alignment import Phase
+from wire.messages.operating import Question
 from wire.messages.session import Action, HandOverReply, HandOverRequest, Outcome
 from wire.messages.vehicle import GatewayStatus, Mode
 
@@ -21,6 +25,7 @@ BUTTONS = {
 PATIENCE_NS = {Action.TAKE: 15_000_000_000, Action.RETURN: 5_000_000_000}  # how long a wish waits; aligning takes about 2 s
 PATIENCE_ELSE_NS = 2_000_000_000
 TAKES_WHEEL = frozenset({Action.TAKE, Action.RETURN})
+ENDED = ("committed", "expired", "aborted")
 DRIVING = frozenset({Mode.REMOTE, Mode.HANDING_BACK})
 ALIGNING = frozenset({Mode.STANDBY, Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER, Mode.STOPPED})
 
@@ -29,11 +34,15 @@ ALIGNING = frozenset({Mode.STANDBY, Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mo
 class HandOverState:
     wish: Action | None = None
     wished_ns: int = 0
-    asked: Action | None = None  # in flight
-    number: int = 0  # of the last question
+    question: Question = Question()
+    boot_id: str = ""  # of the car's gateway when it was asked
     note: str = ""
     commit_until_ns: int = 0  # a grant of the wheel is waited for; 0: none
-    seen: tuple[int, str] | None = None  # number and state of the car's hand-over, to notice changes
+
+    @property
+    def asked(self) -> Action | None:
+        """What is in flight."""
+        return Action(self.question.action) if self.question.state == "requested" else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,12 +66,12 @@ def step(state: HandOverState, seen: HandOverInputs, now_ns: int) -> tuple[HandO
         return _waited(state, wish, missing, now_ns), None
     if seen.asker_busy:
         return state, None
-    number = state.number + 1
-    asked = replace(state, wish=None, asked=wish, number=number, note=f"{_words(wish)}: asked")
+    question = Question(number=state.question.number + 1, action=wish, state="requested")
     heard = (seen.status.stamp_ns, seen.status.boot_id) if seen.status else (0, "")
+    asked = replace(state, wish=None, question=question, boot_id=heard[1], note=f"{_words(wish)}: asked")
     return asked, HandOverRequest(
         lease_epoch=seen.lease_epoch,
-        number=number,
+        number=question.number,
         action=wish,
         sent_ns=now_ns,
         echoed_vehicle_ns=heard[0],
@@ -72,15 +81,20 @@ def step(state: HandOverState, seen: HandOverInputs, now_ns: int) -> tuple[HandO
 
 def answered(state: HandOverState, reply: HandOverReply | None, now_ns: int) -> HandOverState:
     """With the answer to the question in flight; None: nobody answered. An answer to another question is none."""
-    if state.asked is None:
+    action = state.asked
+    if action is None:
         return state
-    action, state = state.asked, replace(state, asked=None)
-    if reply is None or reply.number != state.number:
-        return replace(state, note=f"{_words(action)}: no answer")
+    if reply is None or reply.number != state.question.number:
+        return replace(
+            state, question=changed(state.question, state="expired", rule="no answer"), note=f"{_words(action)}: no answer"
+        )
     if reply.outcome is Outcome.REFUSED:
-        return replace(state, note=f"{_words(action)} refused: {reply.rule}")
+        refused = changed(state.question, state="refused", rule=reply.rule)
+        return replace(state, question=refused, note=f"{_words(action)} refused: {reply.rule}")
     commit_until = now_ns + COMMIT_NS if action in TAKES_WHEEL else state.commit_until_ns
-    return replace(state, note=f"{_words(action)}: granted", commit_until_ns=commit_until)
+    at_once = action not in (*TAKES_WHEEL, Action.HAND_BACK)
+    granted = changed(state.question, state="committed" if at_once else "granted", hand_over=reply.hand_over)
+    return replace(state, question=granted, note=f"{_words(action)}: granted", commit_until_ns=commit_until)
 
 
 def is_driving(state: HandOverState, status: GatewayStatus | None, operator: str, now_ns: int) -> bool:
@@ -99,17 +113,31 @@ def wheel_wanted(state: HandOverState, status: GatewayStatus | None, dead_man: b
 
 
 def _told(state: HandOverState, status: GatewayStatus | None) -> HandOverState:
-    """What the car says about a grant ends our waiting for it."""
+    """What the car says about our grant ends our waiting for it."""
     if status is None:
         return state
-    told = (status.hand_over.number, status.hand_over.state)
-    news, state = state.seen is not None and told != state.seen, replace(state, seen=told)
     if status.mode is Mode.REMOTE:
-        return replace(state, commit_until_ns=0)
-    if news and status.hand_over.state in ("expired", "aborted"):
-        rule = f": {status.hand_over.rule}" if status.hand_over.rule else ""
-        return replace(state, commit_until_ns=0, note=f"{status.hand_over.action} {status.hand_over.state}{rule}")
-    return state
+        state = replace(state, commit_until_ns=0)
+    ended = _end(state, status)
+    if ended is None:
+        return state
+    how, rule = ended
+    words = state.question.action.replace("_", " ")
+    note = state.note if how == "committed" else f"{words} {how}: {rule}" if rule else f"{words} {how}"
+    until_ns = state.commit_until_ns if how == "committed" else 0
+    return replace(state, question=changed(state.question, state=how, rule=rule), note=note, commit_until_ns=until_ns)
+
+
+def _end(state: HandOverState, status: GatewayStatus) -> tuple[str, str] | None:
+    """(committed, expired or aborted; the rule) when the car says that of what it granted us, or has forgotten it."""
+    if state.question.state != "granted":
+        return None
+    if status.boot_id != state.boot_id:
+        return "aborted", "the car's gateway has started anew"
+    told = status.hand_over
+    if told.number == state.question.hand_over and told.state in ENDED:
+        return told.state, told.rule
+    return None
 
 
 def _wished(state: HandOverState, seen: HandOverInputs, now_ns: int) -> HandOverState:

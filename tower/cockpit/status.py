@@ -59,6 +59,7 @@ def operator_status(told: Told, now_ns: int) -> OperatorStatus:
         lights=told.want.lights,
         wipers=told.want.wipers,
         hand_over_note=told.hand_over.note[:2000],
+        question=told.hand_over.question,
         stop_number=told.stop.number,
         stop_state=told.stop.state,
         clock_offset_ns=told.sync.offset_ns,
@@ -85,6 +86,7 @@ def worth_telling(told: Told) -> tuple[object, ...]:
         told.want.lights,
         told.want.wipers,
         told.hand_over.note,
+        told.hand_over.question,
         told.stop.number,
         told.stop.state,
     )

@@ -197,9 +197,8 @@ def _changes(cycle: Entry) -> Iterator[Fact]:
     if before.authority.mode is not after.authority.mode:
         yield Fact(kind=AuditKind.MODE, subject=before.authority.mode, text=after.cause)
     if after.hand_over is not before.hand_over and after.hand_over != before.hand_over and after.hand_over.state in ENDED:
-        yield Fact(
-            kind=AuditKind.HAND_OVER, subject=after.hand_over.state, text=after.hand_over.action, question=after.hand_over.number
-        )
+        ended = after.hand_over
+        yield Fact(kind=AuditKind.HAND_OVER, subject=ended.state, text=ended.action, question=ended.question)
 
 
 def _follow(trail: Trail, cycle: Entry, began: bool, ended: bool) -> tuple[Trail, tuple[Fact, ...]]:

@@ -72,6 +72,16 @@ class TowerStop(Message):
     operator: Name
 
 
+class Question(Message):
+    """The operator's last question for a hand-over, and what became of it: the tower's side of `HandOver`."""
+
+    number: Count = 0  # the tower's own count, as in HandOverRequest; 0: none yet
+    action: Name = ""
+    state: Name = ""  # "", requested, refused, granted, committed, expired (also without an answer), aborted
+    rule: Text = ""  # why it was refused or came to nothing
+    hand_over: Count = 0  # the car's number of the grant
+
+
 class OperatorStatus(Message):
     """The cockpit's state, 20 Hz and on change: for the car's hand-over rules, for the window, for the recording."""
 
@@ -100,6 +110,7 @@ class OperatorStatus(Message):
     lights: Lights = Lights.LOW
     wipers: Wipers = Wipers.OFF
     hand_over_note: Text  # last answer of the car to a hand-over query, in words; "" when none
+    question: Question = Question()
     stop_number: Count  # last STOP sent; 0: none
     stop_state: Name  # "", sent, confirmed, unconfirmed
     clock_offset_ns: DurationNs  # vehicle clock = tower clock + offset (minimum-RTT sample of the last 10 s)

@@ -62,6 +62,7 @@ class HandOverReply(Message):
     outcome: Outcome
     rule: Text  # the rule that refused, with what to do; "" when granted
     lease_epoch: Count  # a grant carries the new epoch: commands with the old one are dropped from now on
+    hand_over: Count = 0  # the car's number of what was granted; 0 where nothing is left to commit, or from an older car
 
 
 class Supervision(StrEnum):

@@ -97,12 +97,13 @@ class VehicleState(Message):
 
 
 class HandOver(Message):
-    """The hand-over in progress or the last one."""
+    """The hand-over in progress or the last one. What was refused never began: only the reply and the audit trail tell it."""
 
     number: Count  # the car's own count of grants; 0: none yet
     action: Name
     state: Name  # "", granted, committed, expired, aborted
     rule: Text
+    question: Count = 0  # the tower's number of the question that was granted
 
 
 class StopWay(Message):
