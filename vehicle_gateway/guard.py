@@ -8,7 +8,7 @@ Source of the decision: time to collision and needed deceleration, as UN R152 ju
 """
 
 from enum import StrEnum
-from math import cos, hypot, sin, sqrt, tan
+from math import copysign, cos, hypot, sin, sqrt, tan
 from typing import Annotated, NamedTuple
 
 from msgspec import Meta, Struct
@@ -101,6 +101,9 @@ class Near(NamedTuple):
     velocity_x_m_s: float
     velocity_y_m_s: float
     radius_m: float
+
+
+Car = tuple[float, float, float, float]  # x, y of the rear axle, cos and sin of its heading, where `Motion` begins
 
 
 class Touch(NamedTuple):
@@ -215,22 +218,24 @@ def touches(near: list[Near], motion: Motion) -> list[Touch]:
     return [touch for touch in found if touch is not None]
 
 
-def arc(motion: Motion) -> list[tuple[float, float, float, float]]:
-    """x, y, cos and sin of the heading of the rear axle at every step of the horizon."""
-    poses, k, step_m = [], motion.curvature_1_m, max(motion.speed_m_s, SAMPLED_M_S) * STEP_S
-    for number in range(STEPS + 1):
-        along = step_m * number
-        turn = k * along
-        half = turn / 2
-        chord = along * (sin(half) / half if abs(half) > 1e-9 else 1.0)
-        poses.append((chord * cos(half), chord * sin(half), cos(turn), sin(turn)))
-    return poses
+def arc(motion: Motion) -> list[Car]:
+    """The car at every step of the horizon."""
+    return [pose_after(number, motion) for number in range(STEPS + 1)]
 
 
-def first_touch(thing: Near, way: list[tuple[float, float, float, float]], motion: Motion) -> Touch | None:
+def pose_after(steps: float, motion: Motion) -> Car:
+    along = max(motion.speed_m_s, SAMPLED_M_S) * STEP_S * steps
+    turn = motion.curvature_1_m * along
+    half = turn / 2
+    chord = along * (sin(half) / half if abs(half) > 1e-9 else 1.0)
+    return chord * cos(half), chord * sin(half), cos(turn), sin(turn)
+
+
+def first_touch(thing: Near, way: list[Car], motion: Motion) -> Touch | None:
     """When thing and car first touch; None when they do not, or when it is touched already and the way leads away from it.
 
-    No point of the car nears the thing faster than `nearing_m`, a step: while the gap is many of them, steps are skipped.
+    No point of the car nears the thing faster than `nearing_m`, a step: while the gap is many of them, steps are skipped, and
+    what is free at two steps may have been touched between them only when both gaps together are less than that.
     """
     swing = 1.0 + abs(motion.curvature_1_m) * (motion.front_m + motion.half_width_m)
     own_m = max(motion.speed_m_s, SAMPLED_M_S) * STEP_S
@@ -242,19 +247,50 @@ def first_touch(thing: Near, way: list[tuple[float, float, float, float]], motio
     while (number := before_number + max(1, int(before_m / nearing_m))) <= STEPS:
         now_m = gap_m(thing, way[number], number * STEP_S, motion)
         if now_m <= 0.0:
-            share = before_m / (before_m - now_m)  # of the way between the two
-            _, _, c, s = way[number]
-            along = thing.velocity_x_m_s * c + thing.velocity_y_m_s * s
-            return Touch((before_number + share * (number - before_number)) * STEP_S, along)
+            return _touch(thing, before_number, before_m, number, now_m, way[number])
+        if before_m + now_m < nearing_m and (touch := _graze(thing, way, number, before_m, motion)) is not None:
+            return touch
         before_number, before_m = number, now_m
     return None
 
 
-def gap_m(thing: Near, car: tuple[float, float, float, float], time_s: float, motion: Motion) -> float:
-    """From the car's rectangle to the thing's circle; the thing's centre inside the rectangle counts as minus its radius."""
+def _graze(thing: Near, way: list[Car], number: int, before_m: float, motion: Motion) -> Touch | None:
+    """The touch of a corner that comes and goes within the step before `number`; `before_m` is the gap where the step begins.
+
+    Seen from the car the thing passes on a line, nearly; nearer than at both ends of it, it comes to a convex outline only beside
+    a corner.
+    """
+    (x0, y0), (x1, y1) = (_seen(thing, way[each], each * STEP_S) for each in (number - 1, number))
+    dx, dy = x1 - x0, y1 - y0
+    corner_x = motion.front_m if x0 + x1 > motion.front_m - motion.rear_m else -motion.rear_m
+    corner_y = copysign(motion.half_width_m, y0 + y1)
+    passed = (corner_x - x0) * dx + (corner_y - y0) * dy
+    if not 0.0 < passed < dx * dx + dy * dy:
+        return None
+    at = number - 1 + passed / (dx * dx + dy * dy)
+    car = pose_after(at, motion)
+    nearest_m = gap_m(thing, car, at * STEP_S, motion)
+    return _touch(thing, number - 1, before_m, at, nearest_m, car) if nearest_m <= 0.0 else None
+
+
+def _touch(thing: Near, before: float, before_m: float, after: float, after_m: float, car: Car) -> Touch:
+    """Where the gap falls to zero between two steps."""
+    share = before_m / (before_m - after_m)
+    _, _, c, s = car
+    return Touch((before + share * (after - before)) * STEP_S, thing.velocity_x_m_s * c + thing.velocity_y_m_s * s)
+
+
+def _seen(thing: Near, car: Car, time_s: float) -> tuple[float, float]:
+    """Ahead and to the left of the car's rear axle."""
     x, y, c, s = car
     dx, dy = thing.x_m + thing.velocity_x_m_s * time_s - x, thing.y_m + thing.velocity_y_m_s * time_s - y
-    ahead, left = dx * c + dy * s, abs(dy * c - dx * s)
+    return dx * c + dy * s, dy * c - dx * s
+
+
+def gap_m(thing: Near, car: Car, time_s: float, motion: Motion) -> float:
+    """From the car's rectangle to the thing's circle; the thing's centre inside the rectangle counts as minus its radius."""
+    ahead, left = _seen(thing, car, time_s)
+    left = abs(left)
     beyond = ahead - motion.front_m if ahead > 0.0 else -motion.rear_m - ahead
     aside = left - motion.half_width_m
     if beyond <= 0.0:

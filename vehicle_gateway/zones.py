@@ -33,6 +33,9 @@ class ZoneLimits(Message):
     margin_m: Annotated[float, Meta(ge=0.0, le=5.0)] = 0.5  # ours: what is left before an edge
     exit_m: Annotated[float, Meta(ge=0.0, le=20.0)] = 1.0  # ours: free behind a no-stop zone, besides the car's length
     walking_m_s: Annotated[float, Meta(ge=0.3, le=2.0)] = 5 / 3.6
+    side_picture_old_ms: Annotated[float, Meta(ge=300.0, le=5000.0)] = (
+        1000.0  # ours: 450 ms between pictures of a camera that gives way (a sixth of 13.5 Hz), 500 ms of the slowest loop
+    )
     too_late_m_s2: Annotated[float, Meta(ge=1.0, le=8.0)] = 4.0  # UN R157: who would have to brake harder goes on
 
 
@@ -99,7 +102,7 @@ def bounds_of(
 
     at          None: nobody knows where the car is
     may_enter   the link is healthy and behind the next no-stop zone there is room for the whole car
-    soft_fault  the link is slow: what is inside a no-stop zone leaves it at walking pace
+    soft_fault  the link is slow, or a side camera old: what is inside a no-stop zone leaves it at walking pace
     """
     if not zones:
         return ()

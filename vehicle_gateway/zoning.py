@@ -20,9 +20,10 @@ from wire.messages.vehicle import VehicleDescription
 from wire.rear_view import REAR
 from wire.road import Road, wrap_angle
 
-SIDE_PICTURE_OLD_NS = 1_000_000_000  # ours: a camera that gives way still brings four pictures a second
+BEFORE_ROAD_M = -1.0  # ours: a car that begins at station 0 has its tail there
 NEXT_M = 30.0  # ours: the exit of a no-stop zone counts from here on
 SOFT = (Cause.LOOP_TOO_SLOW,)  # the driver is there and sees, only late: a no-stop zone is left first
+NEVER_MS = 1e9
 
 
 road_of = remembered(Road)
@@ -43,8 +44,8 @@ def zones_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: Gat
     road, place = road_of(road_map), place_of(state.fix, state.odometry, now_ns, limits.place)
     at = None if place is None else on_road(road, place, motion.curvature_1_m, backwards)
     no_stop = [zone for zone in road_map.zones if zone.kind is ZoneKind.NO_STOP]
-    may_enter = at is None or all(_may_enter(zone, at, motion, road, state, now_ns, limits) for zone in no_stop)
-    soft = any(cause in state.causes for cause in SOFT)
+    may_enter = at is None or all(_may_enter(zone, at, motion, road, state, now_ns, vehicle, limits) for zone in no_stop)
+    soft = bool(no_stop) and is_softly_faulty(state, vehicle, limits)
     on_no_stop = at is not None and any(is_inside(zone, at, motion) for zone in no_stop)
     return Zoned(bounds_of(road_map.zones, road, at, motion, may_enter, soft, limits.zones), on_no_stop)
 
@@ -56,23 +57,54 @@ def on_road(road: Road, place: Place, curvature_1_m: float, backwards: bool) -> 
     return OnRoad(station, offset, turned, -curvature_1_m if backwards else curvature_1_m, place.deviation_m)
 
 
-def _may_enter(zone: Zone, at: OnRoad, motion: Motion, road: Road, state: State, now_ns: int, limits: GatewayLimits) -> bool:
+def _may_enter(
+    zone: Zone,
+    at: OnRoad,
+    motion: Motion,
+    road: Road,
+    state: State,
+    now_ns: int,
+    vehicle: VehicleDescription,
+    limits: GatewayLimits,
+) -> bool:
     """A zone that is not next says nothing; the next one asks for a healthy link and room behind it."""
     if is_behind(zone, at, motion) or not overlaps(zone, at, motion) or not 0.0 <= gap_m(zone, at, motion) <= NEXT_M:
         return True
-    return is_link_healthy(state, now_ns, limits) and is_exit_clear(zone, at, motion, road, state, now_ns, limits)
+    return is_link_healthy(state, vehicle, limits) and is_exit_clear(zone, at, motion, road, state, now_ns, limits)
 
 
-def is_link_healthy(state: State, now_ns: int, limits: GatewayLimits) -> bool:
-    """Of an operator who drives: commands in time, a loop that is not slow, side pictures that go on."""
+def is_link_healthy(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> bool:
+    """Of an operator who drives: commands in time, a loop that is not slow, young pictures to the sides."""
     if driving_source(state.authority) is not Source.OPERATOR:
         return True
-    sides = (picture.advanced_ns for name, picture in state.pictures.items() if name != REAR)
     return (
         not state.causes
         and state.loop_ages.p95_ms() <= limits.cap.loop_age_slow_ms
-        and all(now_ns - at_ns <= SIDE_PICTURE_OLD_NS for at_ns in sides)
+        and side_picture_ms(state, vehicle) <= limits.zones.side_picture_old_ms
     )
+
+
+def is_softly_faulty(state: State, vehicle: VehicleDescription, limits: GatewayLimits) -> bool:
+    """The driver is there and sees the way ahead, only late, or he no longer sees what comes from the side."""
+    if any(cause in state.causes for cause in SOFT):
+        return True
+    driven = driving_source(state.authority) is Source.OPERATOR
+    return driven and side_picture_ms(state, vehicle) > limits.zones.side_picture_old_ms
+
+
+def side_picture_ms(state: State, vehicle: VehicleDescription) -> float:
+    """How old the oldest side picture on the operator's screen was, as his last command told; never seen is worst.
+
+    By the time of its capture, so a camera that hangs, one that is lost and one that is far behind are the same. A required
+    camera has a rule of its own (`picture_lost`), and the rear one runs only while it is wanted.
+    """
+
+    def age_ms(name: str) -> float:
+        picture = state.pictures.get(name)
+        return NEVER_MS if picture is None else max(state.command_ns - picture.capture_ns, 0) / 1e6
+
+    sides = (camera.name for camera in vehicle.cameras if not camera.required and camera.name != REAR)
+    return max(map(age_ms, sides), default=0.0)
 
 
 def is_exit_clear(zone: Zone, at: OnRoad, motion: Motion, road: Road, state: State, now_ns: int, limits: GatewayLimits) -> bool:
@@ -80,7 +112,7 @@ def is_exit_clear(zone: Zone, at: OnRoad, motion: Motion, road: Road, state: Sta
     if (now_ns - state.around.seen_ns) / 1e6 > limits.guard.age_max_ms:
         return False
     stretch = exit_of(zone, at, motion, limits.zones)
-    if not stretch.from_m >= -1.0 and stretch.to_m <= road.length_m:
+    if not (stretch.from_m >= BEFORE_ROAD_M and stretch.to_m <= road.length_m):  # beyond the map nobody knows
         return False
     x, y, c, s = box_of(stretch, road, state)
     half_length, half_width = (stretch.to_m - stretch.from_m) / 2, (stretch.left_m - stretch.right_m) / 2

@@ -16,7 +16,7 @@ from vehicle_gateway.lease import CommandGuard, refuse_command
 from vehicle_gateway.reports import status_of
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Outputs, State, initial_state
 from wire.configuration import read_sections, shipped
-from wire.messages.automation import AutonomyCommand, Doubt, Reason, Scene, TakeoverRequest
+from wire.messages.automation import AutonomyCommand, Doubt, Reason, Scene, TakeoverRequest, TrackedObject
 from wire.messages.base import Gear, Lights, Wipers
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
@@ -46,10 +46,11 @@ class Operator:
         self.steer: float | None = None  # None: as the car steers now
         self.loop_ms = 80
         self.seen: dict[str, int] = {}
+        self.stuck: set[str] = set()  # cameras that bring nothing new to this screen
 
     def see(self, now_ns, cameras):
         if not self.frozen:
-            self.seen = {camera.name: now_ns - self.loop_ms * MS for camera in cameras}
+            self.seen |= {camera.name: now_ns - self.loop_ms * MS for camera in cameras if camera.name not in self.stuck}
 
     def command(self, now_ns, boot_id, measured_rad):
         self.sequence += 1
@@ -83,6 +84,7 @@ class Drive:
         self.status = autonomy_status()
         self.auto_steer, self.auto_acceleration, self.cruise = 0.0, 0.0, 6.0
         self.corridor_m = 60.0
+        self.objects: tuple[TrackedObject, ...] = ()
         self.ann = Operator()
         self.operators = [self.ann]
         self.driver = self.ann  # whose commands the car hears
@@ -187,7 +189,7 @@ class Drive:
             deviation_m=0.1,
             station_m=0.0,
             offset_m=0.0,
-            objects=(),
+            objects=self.objects,
             plan=(),
             stopping_corridor=ahead,
         )

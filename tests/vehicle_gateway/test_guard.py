@@ -3,7 +3,7 @@
 from math import cos, hypot, pi, sin, tan
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -37,6 +37,7 @@ SHIPPED: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle
 CAR = replace(SHIPPED, cameras=())
 FRONT, REAR, HALF = 3.6, 0.9, 0.88  # of the shipped car, from the rear axle
 LIMITS = GuardLimits()
+GRAZE_M = 0.01  # a touch less deep may be seen or not: our account, too, goes in steps
 MS = 1_000_000
 START = 5_000_000_000
 
@@ -62,10 +63,11 @@ def first_time(speed, angle, thing, horizon_s=1.5, dt=0.004):
 
 
 @settings(max_examples=40, deadline=None)
+@example(speed=8.0, angle=0.2578125, x=8.0, y=0.375, way=1.625, pace=1.625, radius=0.375)  # a corner 4 cm deep, at 0.51 s
 @given(
     speed=st.floats(1.0, 8.3),
     angle=st.floats(-0.5, 0.5),
-    x=st.floats(4.5, 20.0),
+    x=st.floats(4.65, 20.0),  # nothing is touched as it begins
     y=st.floats(-8.0, 8.0),
     way=st.floats(0.0, 2 * pi),
     pace=st.floats(0.0, 2.0),
@@ -74,14 +76,14 @@ def first_time(speed, angle, thing, horizon_s=1.5, dt=0.004):
 def test_the_first_touch_is_where_small_steps_meet_the_thing(speed, angle, x, y, way, pace, radius):
     thing = Near(x, y, pace * cos(way), pace * sin(way), radius)
     motion = motion_of(speed, angle, False, CAR)
-    touch, expected = first_touch(thing, arc(motion), motion), first_time(speed, angle, thing)
+    touch = first_touch(thing, arc(motion), motion)
+    surely = first_time(speed, angle, thing._replace(radius_m=radius - GRAZE_M))
+    perhaps = first_time(speed, angle, thing._replace(radius_m=radius + GRAZE_M), horizon_s=1.6)
     if touch is None:
-        again = first_time(speed, angle, thing._replace(radius_m=radius - 0.12))  # a graze between two steps may be missed
-        assert again is None or again > 1.4
+        assert surely is None or surely > 1.4
     else:
-        slack = first_time(speed, angle, thing._replace(radius_m=radius + 0.1), horizon_s=1.6)
-        assert slack is not None and touch.time_s >= slack - 0.1
-        assert expected is None or touch.time_s == pytest.approx(expected, abs=0.1)
+        assert perhaps is not None and touch.time_s >= perhaps - 0.1
+        assert surely is None or touch.time_s <= surely + 0.1
 
 
 def seen(*things, age_ms=0):
@@ -222,12 +224,12 @@ def test_what_cannot_be_met_before_the_next_scenes_is_not_kept(x, static, speed,
 class Drive:
     """An operator who drives straight on, a car that does what is applied after 0.1 s, and a scene of 10 Hz."""
 
-    def __init__(self, objects, speed=6.0, mode=Mode.REMOTE, guard=LIMITS, throttle=1.0):
+    def __init__(self, objects, speed=6.0, mode=Mode.REMOTE, guard=LIMITS, throttle=1.0, corridor_m=0):
         self.limits = GatewayLimits(guard=guard)
         started = initial_state("boot", START, 7, False)
         self.state = replace(started, authority=Authority(mode=mode, origin=mode), remote_since_ns=1, feedback_ns=START)
         self.state = replace(self.state, cap=replace(self.state.cap, cap_m_s=8.0), applied=replace(started.applied, hazard=False))
-        self.objects, self.speed, self.throttle = objects, speed, throttle
+        self.objects, self.speed, self.throttle, self.corridor_m = objects, speed, throttle, corridor_m
         self.now, self.x, self.y, self.heading, self.acceleration = START, 0.0, 0.0, 0.0, 0.0
         self.steer, self.override, self.scenes, self.silent, self.rules = 0.0, False, True, False, set()
         self.hardest = 0.0
@@ -240,7 +242,9 @@ class Drive:
         if not self.silent:
             fields |= {"command": self._command(), "command_ns": self.now - MS}
         if self.scenes and self.now // MS % 100 == 10:
-            fields["scene"] = scene(self.objects, self.now - 40 * MS, self.x - 0.04 * self.speed, self.y, self.heading)
+            x = self.x - 0.04 * self.speed
+            way = tuple((x + ahead, self.y) for ahead in range(self.corridor_m))
+            fields["scene"] = replace(scene(self.objects, self.now - 40 * MS, x, self.y, self.heading), stopping_corridor=way)
         self.state, self.out = step(self.state, Inputs(**fields), self.now, CAR, self.limits)
         self.rules |= set(self.out.rules)
         applied = self.out.applied
@@ -301,18 +305,18 @@ def test_a_braking_operator_who_stops_in_time_never_meets_the_guard():
     assert drive.speed == 0.0 and RULE not in drive.rules
 
 
-@pytest.mark.parametrize("corridor_m", [0, 1])
+@pytest.mark.parametrize("corridor_m", [0, 60])
 def test_a_safe_stop_into_a_wall_is_made_harder_by_the_guard(corridor_m):
-    """4 m/s2 at the most need 4.5 m and more from 6 m/s; the wall leaves less."""
+    """4 m/s2 at the most need 4.5 m and more from 6 m/s; the wall leaves less. It is a safe stop from the first cycle on."""
     near = [replace(each, x_m=8.6) for each in WALL]
-    drive = Drive(near, 6.0)
-    drive.state = replace(drive.state, authority=Authority(mode=Mode.SAFE_STOP, origin=Mode.SAFE_STOP))
-    drive.run(3.0)
-    assert drive.speed == 0.0 and drive.closest() > 0.0
+    drive = Drive(near, 6.0, mode=Mode.SAFE_STOP, corridor_m=corridor_m)
+    assert drive.state.authority.mode is Mode.SAFE_STOP and bool(drive.state.corridor.points) == bool(corridor_m)
+    drive.until(lambda drive: drive.speed == 0.0)
+    assert drive.closest() > 0.0 and RULE in drive.rules
     assert drive.hardest < -4.5
-    blind = Drive(near, 6.0, guard=replace(LIMITS, on=False))
-    blind.state = replace(blind.state, authority=Authority(mode=Mode.SAFE_STOP, origin=Mode.SAFE_STOP))
-    assert blind.run(3.0).closest() < 0.0  # without the guard this very stop hits the wall
+    blind = Drive(near, 6.0, mode=Mode.SAFE_STOP, corridor_m=corridor_m, guard=replace(LIMITS, on=False))
+    assert blind.until(lambda drive: drive.speed == 0.0).closest() < 0.0  # without the guard this very stop hits the wall
+    assert blind.hardest >= -4.1
 
 
 def test_the_operator_may_override_below_walking_pace_and_every_such_cycle_says_so():

@@ -15,7 +15,7 @@ from vehicle_gateway.link_quality import LoopAges
 from vehicle_gateway.place import Fix, Place
 from vehicle_gateway.state import GatewayLimits, Inputs, Picture, initial_state
 from vehicle_gateway.zones import ZoneLimits, allowed_m, bounds_of, exit_of, is_inside
-from vehicle_gateway.zoning import is_exit_clear, is_link_healthy, on_road, zones_of
+from vehicle_gateway.zoning import is_exit_clear, is_link_healthy, is_softly_faulty, on_road, zones_of
 from wire.configuration import read_sections, shipped
 from wire.messages.automation import RoadMap, RoadSegment, Zone, ZoneKind
 from wire.messages.vehicle import Mode, VehicleDescription
@@ -206,6 +206,29 @@ def test_the_exit_is_clear_only_when_the_whole_car_has_room_behind_and_evidence_
     assert not clear(30.0, age_ns=600_000_000)
 
 
+@pytest.mark.parametrize(
+    ("begin", "end", "backwards", "clear"),
+    [
+        (290.0, 298.0, False, False),  # to 303.5 m of a road of 300 m
+        (280.0, 290.0, False, True),
+        (2.0, 8.0, True, False),  # to 3.5 m before its start
+        (5.0, 11.0, True, True),  # a car at its start has its tail there
+        (0.5, 8.0, False, True),
+    ],
+)
+def test_an_exit_that_lies_beyond_the_road_is_not_clear(begin, end, backwards, clear):
+    crossing, now = zone(ZoneKind.NO_STOP, begin, end), 80 * 10**9
+    road = road_with(crossing)
+    x, y, heading = road.to_world((begin + end) / 2 - 20.0 * (-1.0 if backwards else 1.0), -1.75)
+    state = replace(
+        initial_state("b", now, 1, False),
+        fix=Fix(stamp_ns=now, x_m=x, y_m=y, heading_rad=heading),
+        around=Surroundings(seen_ns=now),
+    )
+    at = on_road(road, Place(x, y, heading, 0.0, 0.0), 0.0, backwards)
+    assert is_exit_clear(crossing, at, motion_of(2.0, 0.0, backwards, CAR), road, state, now, GatewayLimits()) == clear
+
+
 def test_on_a_no_stop_zone_a_slow_loop_is_no_lost_operator_and_silence_still_is():
     def lost(on_no_stop, *causes):
         state = replace(initial_state("b", 10**9, 1, False), on_no_stop=on_no_stop, causes=causes)
@@ -215,16 +238,44 @@ def test_on_a_no_stop_zone_a_slow_loop_is_no_lost_operator_and_silence_still_is(
     assert lost(True, Cause.COMMAND_LOST) and lost(True, Cause.LOOP_TOO_SLOW, Cause.PICTURE_LOST)
 
 
-def test_the_link_is_healthy_for_a_no_stop_zone_when_commands_and_side_pictures_go_on():
+def test_the_link_is_healthy_for_a_no_stop_zone_when_commands_come_and_side_pictures_are_young():
     now = 80 * 10**9
-    driven = Authority(mode=Mode.REMOTE, origin=Mode.REMOTE)
-    fine = replace(initial_state("b", now, 1, False), authority=driven, pictures={"left": Picture(capture_ns=1, advanced_ns=now)})
-    assert is_link_healthy(fine, now, GatewayLimits())
-    assert not is_link_healthy(fine, now + 1_000_000_001, GatewayLimits())
-    assert not is_link_healthy(replace(fine, loop_ages=LoopAges(samples=((now, 401.0),))), now, GatewayLimits())
-    assert not is_link_healthy(replace(fine, causes=(Cause.COMMAND_SILENT,)), now, GatewayLimits())
-    alone = replace(fine, authority=Authority(mode=Mode.AUTONOMOUS, origin=Mode.AUTONOMOUS))
-    assert is_link_healthy(alone, now + 10**10, GatewayLimits())
+    fine = seen_by_operator(now, left=0, right=1000)
+    assert is_link_healthy(fine, CAR, GatewayLimits())
+    assert not is_link_healthy(seen_by_operator(now, left=1001, right=0), CAR, GatewayLimits())
+    assert not is_link_healthy(replace(fine, loop_ages=LoopAges(samples=((now, 401.0),))), CAR, GatewayLimits())
+    assert not is_link_healthy(replace(fine, causes=(Cause.COMMAND_SILENT,)), CAR, GatewayLimits())
+    alone = replace(seen_by_operator(now), authority=Authority(mode=Mode.AUTONOMOUS, origin=Mode.AUTONOMOUS))
+    assert is_link_healthy(alone, CAR, GatewayLimits())
+
+
+def seen_by_operator(now, **ages_ms):
+    """An operator who drives; by camera, how old the picture was that his last command told of."""
+    return replace(
+        initial_state("b", now, 1, False),
+        authority=Authority(mode=Mode.REMOTE, origin=Mode.REMOTE),
+        command_ns=now,
+        pictures={name: Picture(capture_ns=now - age * 1_000_000, advanced_ns=now) for name, age in ages_ms.items()},
+    )
+
+
+@pytest.mark.parametrize(
+    ("ages_ms", "soft"),
+    [
+        ({"left": 1000, "right": 0}, False),
+        ({"left": 1001, "right": 0}, True),
+        ({"left": 0}, True),  # of the right one nothing was ever seen
+        ({"left": 0, "right": 0, "rear": 9000}, False),  # it runs only while it is wanted
+        ({"left": 0, "right": 0, "front": 9000}, False),  # a required one has a rule of its own
+        ({"left": 0, "right": 0, "made up": 9000}, False),
+    ],
+)
+def test_an_old_picture_to_a_side_is_a_soft_fault_of_an_operator_who_drives(ages_ms, soft):
+    state = seen_by_operator(80 * 10**9, **ages_ms)
+    assert is_softly_faulty(state, CAR, GatewayLimits()) == soft
+    alone = replace(state, authority=Authority(mode=Mode.AUTONOMOUS, origin=Mode.AUTONOMOUS))
+    assert not is_softly_faulty(alone, CAR, GatewayLimits())
+    assert is_softly_faulty(replace(state, causes=(Cause.LOOP_TOO_SLOW,)), CAR, GatewayLimits())
 
 
 def test_without_a_map_nothing_is_said():
