@@ -10,7 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_sta
 from msgspec.structs import replace
 
 from tests.safety.witness import watched
-from tests.safety.world import FIT, MS, World, driven_by_itself, driven_by_operator, request, stop
+from tests.safety.world import BEHIND_CROSSING, FIT, MS, World, driven_by_itself, driven_by_operator, on_street, request, stop
 from wire.messages.base import Gear
 from wire.messages.session import Action
 
@@ -21,6 +21,10 @@ STARTS = {
     "found moving": lambda: watched(World(speed_m_s=5.0)),
     "the clock has just begun": lambda: watched(World(now_ns=20 * MS)).run(0.1),
     "the clock is at its end": lambda: watched(World(now_ns=2**62 - 300 * 10**9)).run(0.1),
+    "before a speed zone": lambda: driven_by_operator(watched(on_street(40.0))),
+    "before a crossing that is closed behind": lambda: driven_by_operator(watched(on_street(95.0, BEHIND_CROSSING))),
+    "before a crossing": lambda: driven_by_itself(watched(on_street(105.0))),
+    "before the end of the fence": lambda: driven_by_operator(watched(on_street(155.0))),
 }
 PERSON = (
     {"driver_torque_nm": 5.0},
@@ -186,6 +190,23 @@ class AnyOrder(RuleBasedStateMachine):
         """Also after a story in which a rule broke: then this breaks it again."""
         if hasattr(self, "world"):
             self.world.witness.everybody_is_lost(self.world)
+
+
+@pytest.mark.parametrize(
+    ("start", "met"),
+    [
+        ("before a speed zone", "slow"),
+        ("before a crossing that is closed behind", "crossing"),
+        ("before the end of the fence", "fence"),
+    ],
+)
+def test_the_zones_hold_whoever_steps_on_it_and_the_witness_has_seen_them(start, met):
+    """Full throttle for twelve seconds, then the automation."""
+    world = STARTS[start]()
+    world.towers[0].acceleration = 3.0
+    world.run(12.0)
+    world.tick(hand_overs=[(world.towers[0], Action.HAND_BACK)]).run(6.0)
+    assert world.witness.met[met] > 10, (world.witness.met, world.pose, world.speed, world.out.mode)
 
 
 UNSHRUNK = (Phase.explicit, Phase.reuse, Phase.generate)  # a story is read from its end; shrinking takes minutes

@@ -4,13 +4,16 @@ The witness keeps accounts of its own: who holds the lease (by the answers that 
 be obeyed (by who sent them, and when they arrived), how long somebody has been holding the wheel in the car.
 """
 
-from math import atan, isfinite, tan
+from collections import Counter
+from math import atan, cos, isfinite, tan
 
 from tests.safety.world import CAR, LIMITS
 from vehicle_gateway.safe_stop import stopping_distance_m
+from wire.messages.automation import ZoneKind
 from wire.messages.base import Gear
 from wire.messages.session import Action, LeaseReply, Outcome
 from wire.messages.vehicle import Mode
+from wire.road import wrap_angle
 
 M = Mode
 MS = 1_000_000
@@ -19,6 +22,7 @@ OPERATOR = (M.REMOTE, M.HANDING_BACK)
 AUTOMATION = (M.AUTONOMOUS, M.TAKEOVER_REQUESTED)
 BRAKING_MAX_M_S2 = 8.0
 NEVER = -(10**18)
+WALKING_M_S = 5 / 3.6
 
 
 def watched(world, limits=LIMITS, car=CAR):
@@ -33,6 +37,9 @@ class Witness:
         self.epochs = [0]
         self.stop_pressed = world.disk.stop_pressed
         self.track = []  # (now, angle) of the last second
+        self.front_m = car.length_m - car.rear_overhang_m
+        self.outside, self.ahead = False, world.pose[0]  # in the cycle before: whether the front was, and where
+        self.met = Counter()  # cycles in which a zone had something to say
         self.saw_start()
 
     def saw_start(self):
@@ -46,6 +53,7 @@ class Witness:
         self.held_since_ns = None  # since when somebody in the seat steers or brakes
         self.stop_from = None  # where a safe stop began: (travelled, speed)
         self.previous, self.first = (0.0, 0.0), True
+        self.sure_since_ns = None  # since when the gateway could know where it is, without a gap
 
     # accounts -------------------------------------------------------------------------------------------------------------
 
@@ -121,6 +129,11 @@ class Witness:
         self.stop_of_the_tower_holds_until_it_is_cleared(world)
         self.a_safe_stop_ends_only_at_standstill_or_with_a_person(world)
         self.a_stop_ends_inside_the_bound(world)
+        if world.limits.map is not None:
+            self._account_place(world, dt_ms)
+            self.nobody_hurries_where_it_is_slow(world, applied)
+            self.nobody_leaves_the_fence(world)
+            self.nobody_enters_a_crossing_without_room_behind_it(world)
         self.previous = (applied.road_wheel_angle_rad, applied.acceleration_m_s2)
         self._account_answers(world)
 
@@ -243,6 +256,51 @@ class Witness:
         began_m, speed = self.stop_from
         bound_m = stopping_distance_m(speed, 0.1, self.limits.safe_stop.braking_m_s2, self.limits.safe_stop.jerk_m_s3)
         assert world.travelled_m - began_m <= bound_m + 0.05, "the safe stop was longer than its bound"
+
+    # zones: stations are x and offsets are y, the car's true ones ----------------------------------------------------------
+
+    def _account_place(self, world, dt_ms):
+        """Since when it was told ten times a second where the car is, in a straight line of cycles, and moved it itself."""
+        _, y, heading = world.pose
+        told = not (world.automation_dead or world.feedback_lost) and dt_ms <= 100.0 and world.inputs.feedback is not None
+        along = abs(wrap_angle(heading)) < 0.5 and abs(y) < 30.0 and world.speed >= 0.0
+        if not (told and along and world.out.mode is not M.LOCAL_DRIVER):
+            self.sure_since_ns = None
+        elif self.sure_since_ns is None:
+            self.sure_since_ns = world.now_ns
+
+    def _surely(self, world):
+        """For so long that whatever it did before has been braked away."""
+        return self.sure_since_ns is not None and world.now_ns - self.sure_since_ns > 5000 * MS
+
+    def nobody_hurries_where_it_is_slow(self, world, applied):
+        """Five metres inside a speed zone, or outside the fence, wherever the gateway believes to be: who is too fast brakes."""
+        x, y, _ = world.pose
+        for zone in world.limits.map.zones:
+            inside = min(x - zone.from_station_m, zone.to_station_m - x, y - zone.right_m, zone.left_m - y)
+            slow = inside > 5.0 if zone.kind is ZoneKind.SPEED else zone.kind is ZoneKind.ALLOWED and inside < -5.0
+            most = (zone.speed_m_s or WALKING_M_S) if slow else None
+            if most is None or world.out.mode is M.LOCAL_DRIVER:
+                continue
+            speed_m_s = abs(world.speed_seen())
+            self.met["slow"] += speed_m_s > 0.95 * most
+            assert speed_m_s <= most + 0.01 or applied.acceleration_m_s2 < 0.0, f"{speed_m_s} m/s at {x} m, {y} m"
+
+    def nobody_leaves_the_fence(self, world):
+        front = world.pose[0] + self.front_m * cos(world.pose[2])
+        (fence,) = (zone for zone in world.limits.map.zones if zone.kind is ZoneKind.ALLOWED)
+        if self._surely(world):
+            self.met["fence"] += fence.to_station_m - front < 1.0
+            assert front < fence.to_station_m or self.outside, "it left the geofence"
+        self.outside = front >= fence.to_station_m
+
+    def nobody_enters_a_crossing_without_room_behind_it(self, world):
+        front = world.pose[0] + self.front_m * cos(world.pose[2])
+        (crossing,) = (zone for zone in world.limits.map.zones if zone.kind is ZoneKind.NO_STOP)
+        if self._surely(world) and world.objects:
+            self.met["crossing"] += -1.0 < front - crossing.from_station_m < 0.0
+            assert not self.ahead < crossing.from_station_m <= front, "it entered a crossing that it cannot leave"
+        self.ahead = front
 
     def everybody_is_lost(self, world):
         """Nobody who could drive is left: the car stands, inside the bound for the slowest of all reactions."""

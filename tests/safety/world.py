@@ -5,7 +5,7 @@ delay of the actuators. The far-side ECU brakes when no frame came for 100 ms, a
 """
 
 from collections import Counter
-from math import tan
+from math import cos, sin, tan
 from types import SimpleNamespace
 
 from msgspec.structs import replace
@@ -22,12 +22,23 @@ from vehicle_gateway.memory import EPOCH_BLOCK, Remembered
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Outputs, State
 from wire.configuration import read_sections, shipped
 from wire.latest import EventQueue, Latest
-from wire.messages.automation import AutonomyCommand, Reason, Scene, TakeoverRequest
+from wire.messages.automation import (
+    AutonomyCommand,
+    Reason,
+    RoadMap,
+    RoadSegment,
+    Scene,
+    TakeoverRequest,
+    TrackedObject,
+    Zone,
+    ZoneKind,
+)
 from wire.messages.base import Gear, Message
 from wire.messages.operating import DriveCommand, TowerStop
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.messages.vehicle import Mode, VehicleDescription
+from wire.road import wrap_angle
 from wire.signature import sign
 
 MS = 1_000_000
@@ -47,6 +58,47 @@ CALM = {
     "release_button": False,
 }
 FIT = autonomy_status()
+
+
+STREET = RoadMap(
+    name="street",
+    start=(0.0, 0.0),
+    start_heading_rad=0.0,  # stations are x, offsets are y
+    segments=(RoadSegment(length_m=300.0),),
+    lane_width_m=3.5,
+    sidewalk_width_m=2.5,
+    drives_on="right",
+    speed_limit_m_s=8.0,
+    goal_station_m=250.0,
+    zones=tuple(
+        Zone(kind=kind, name=kind, from_station_m=begin, to_station_m=end, right_m=-40.0, left_m=40.0, speed_m_s=speed_m_s)
+        for kind, begin, end, speed_m_s in (
+            (ZoneKind.ALLOWED, 20.0, 200.0, None),
+            (ZoneKind.SPEED, 60.0, 100.0, 3.0),
+            (ZoneKind.NO_STOP, 140.0, 148.0, None),
+        )
+    ),
+)
+BEHIND_CROSSING = tuple(  # from side to side: nobody has room behind it
+    TrackedObject(
+        number=number,
+        kind="barrier",
+        x_m=151.0,
+        y_m=1.5 * number,
+        velocity_x_m_s=0.0,
+        velocity_y_m_s=0.0,
+        radius_m=0.8,
+        deviation_m=0.1,
+        static=True,
+        age_s=5.0,
+    )
+    for number in range(-26, 27)
+)
+
+
+def on_street(x_m, objects=()):
+    """A world with a map: a geofence, a speed zone, a no-stop zone."""
+    return World(limits=replace(LIMITS, map=STREET), x_m=x_m, objects=objects)
 
 
 class Ear:
@@ -122,8 +174,10 @@ class Tower:
 
 
 class World:
-    def __init__(self, now_ns=5000 * 10**9, speed_m_s=0.0, remembered=None):
+    def __init__(self, now_ns=5000 * 10**9, speed_m_s=0.0, remembered=None, limits=LIMITS, x_m=0.0, objects=()):
         self.now_ns, self.utc_ns = now_ns, 10**18
+        self.limits, self.objects = limits, objects
+        self.pose = x_m, 0.0, 0.0  # of the rear axle, in the map: x, y, heading
         self.speed, self.angle, self.gear, self.travelled_m = speed_m_s, 0.0, Gear.DRIVE, 0.0
         self.since_frame_ms = 0.0
         self.local: dict[str, object] = {}
@@ -178,7 +232,7 @@ class World:
             self.witness.saw_take()
         self._deliver(just_too_late)
         self.before = self.state
-        self.state, self.out = step(self.before, self.inputs, self.now_ns, CAR, LIMITS)
+        self.state, self.out = step(self.before, self.inputs, self.now_ns, CAR, self.limits)
         self._answer(waiting)
         self.disk = remember(self.state, self.reserved, self.utc_ns)
         if self.out.send:
@@ -240,7 +294,7 @@ class World:
             self.ear.level("autonomy_command").put(command, self.now_ns)
             self.ear.level("autonomy_status").put(replace(self.status, stamp_ns=self.now_ns), self.now_ns)
             if self.scenes and self.ticks % 10 == 1:
-                self.ear.level("scene").put(scene(self.now_ns, self.speed), self.now_ns)
+                self.ear.level("scene").put(scene(self.now_ns, self.speed, self.pose, self.objects), self.now_ns)
         if not self.cameras_dead and self.ticks % 10 == 1:
             self.ear.events("camera_status").put(camera_status(self.now_ns), self.now_ns)
 
@@ -314,7 +368,15 @@ class World:
         return 0.0 if self.state.feedback is None else self.state.feedback.speed_m_s
 
     def _roll(self, dt_s):
-        self.travelled_m += abs(self.speed) * dt_s
+        self._go(self.speed * dt_s)
+
+    def _go(self, way_m):
+        """Forwards, or backwards when it is negative, with the wheels as they are."""
+        x, y, heading = self.pose
+        turn = way_m * tan(self.angle) / CAR.wheelbase_m
+        middle = heading + turn / 2
+        self.pose = x + way_m * cos(middle), y + way_m * sin(middle), heading + turn
+        self.travelled_m += abs(way_m)
 
     def _accelerate(self, asked_m_s2, dt_s):
         way = -1.0 if self.gear is Gear.REVERSE else 1.0
@@ -326,10 +388,10 @@ class World:
         after = along + asked_m_s2 * dt_s
         if asked_m_s2 < 0.0 and after < 0.0:
             braked_s = along / -asked_m_s2
-            self.travelled_m += along * braked_s / 2
+            self._go(way * along * braked_s / 2)
             self.speed = 0.0
             return
-        self.travelled_m += abs(along + after) / 2 * dt_s
+        self._go(way * (along + after) / 2 * dt_s)
         self.speed = after * way
 
 
@@ -348,21 +410,22 @@ def camera_status(now_ns):
     )
 
 
-def scene(now_ns, speed_m_s):
-    """A free road straight ahead, 60 m of it."""
+def scene(now_ns, speed_m_s, pose, objects):
+    """Straight ahead 60 m that are called free."""
+    x, y, heading = pose
     return Scene(
         stamp_ns=now_ns,
-        x_m=0.0,
-        y_m=0.0,
-        heading_rad=0.0,
+        x_m=x,
+        y_m=y,
+        heading_rad=wrap_angle(heading),
         speed_m_s=speed_m_s,
         yaw_rate_rad_s=0.0,
         deviation_m=0.1,
         station_m=0.0,
         offset_m=0.0,
-        objects=(),
+        objects=objects,
         plan=(),
-        stopping_corridor=tuple((float(x), 0.0) for x in range(61)),
+        stopping_corridor=tuple((x + ahead * cos(heading), y + ahead * sin(heading)) for ahead in range(61)),
     )
 
 
