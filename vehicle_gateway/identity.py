@@ -9,9 +9,8 @@ import threading
 from collections import Counter
 from datetime import UTC, datetime
 
-from cryptography import x509
-
 from wire.access import Names, admitted
+from wire.authority import read_certificate
 from wire.certificates import AUTHORITY, CertificateError, earliest_end, folder_of, revocations_of
 from wire.identity import Proven, Unproven, proven
 from wire.messages.base import Message, Name, Text, TimeNs
@@ -42,7 +41,7 @@ class Verifier:
     def __init__(self, settings: LinkSettings, utc_minus_monotonic_ns: int) -> None:
         """Raises CertificateError."""
         self._settings, self._folder = settings, folder_of(settings.certificates)
-        self._authority = x509.load_pem_x509_certificate((self._folder / f"{AUTHORITY}.pem").read_bytes())
+        self._authority = read_certificate((self._folder / f"{AUTHORITY}.pem").read_bytes())
         self._operators = (Role.TOWER_HUB, Role.TOWER_SCRIPT) if settings.accepts_script else (Role.TOWER_HUB,)
         self._own_end = earliest_end(self._folder)  # at its end the tower cuts the link as well
         self._utc_ns = utc_minus_monotonic_ns

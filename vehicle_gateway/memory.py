@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 
 from wire.configuration import ConfigurationError
-from wire.messages.base import Count, Message, Name, TimeNs, encode
+from wire.messages.base import UNDECODABLE, Count, Message, Name, TimeNs, encode
 
 EPOCH_BLOCK = 1_000_000  # epochs reserved at each start: more grants than a lifetime of one process
 
@@ -40,7 +40,7 @@ def recall(file: Path) -> Remembered:
     try:
         known = msgspec.json.decode(file.read_bytes(), type=Remembered) if file.exists() else Remembered()
         write(file, msgspec.structs.replace(known, epoch_reserved=known.epoch_reserved + EPOCH_BLOCK))
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except UNDECODABLE as error:
         raise ConfigurationError(
             f"{file}: damaged ({error}); the car's epochs are not known: have a supervisor look at "
             "the recordings, then delete the file"

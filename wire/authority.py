@@ -35,10 +35,21 @@ class Pair:
         return self.certificate.public_bytes(serialization.Encoding.PEM)
 
 
+def read_certificate(pem: bytes) -> x509.Certificate:
+    """Whatever stands in it: anybody can have written it. Raises ValueError when it, its names or its times cannot be read."""
+    try:
+        certificate = x509.load_pem_x509_certificate(pem)
+    except x509.InvalidVersion as error:  # is no ValueError
+        raise ValueError(str(error)) from None
+    for part in ("subject", "issuer", "not_valid_before_utc", "not_valid_after_utc"):  # are read when they are asked for first
+        getattr(certificate, part)
+    return certificate
+
+
 def read_pair(key_pem: bytes, certificate_pem: bytes) -> Pair:
     """Raises ValueError when either cannot be read or they do not belong together."""
     key = serialization.load_pem_private_key(key_pem, password=None)
-    certificate = x509.load_pem_x509_certificate(certificate_pem)
+    certificate = read_certificate(certificate_pem)
     if not isinstance(key, ec.EllipticCurvePrivateKey) or key.public_key() != certificate.public_key():
         raise ValueError("the key does not belong to the certificate")
     return Pair(key, certificate)

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Annotated
 
 import msgspec
-from cryptography import x509
 from msgspec import Meta
 
-from wire.authority import VALID, common_name, hosts_of, is_issued_by, issue, read_pair
+from wire.authority import VALID, common_name, hosts_of, is_issued_by, issue, read_certificate, read_pair
 from wire.certificates import (
     AUTHORITY,
     REVOKED,
@@ -125,7 +124,7 @@ def is_list(file: Path) -> bool:
 def read_list(file: Path, folder: Path) -> Revocations:
     """A list of the folder's own authority. Raises CertificateError."""
     try:
-        return read_revocations(file.read_bytes(), x509.load_pem_x509_certificate((folder / f"{AUTHORITY}.pem").read_bytes()))
+        return read_revocations(file.read_bytes(), read_certificate((folder / f"{AUTHORITY}.pem").read_bytes()))
     except FileNotFoundError:
         raise CertificateError(f"{folder}: no certificates there; import a bundle first") from None
     except (OSError, ValueError) as error:
@@ -167,13 +166,13 @@ def install(bundle: Bundle, folder: Path, replace: bool) -> None:
 def hosts(bundle: Bundle) -> tuple[str, ...]:
     """Under which names and addresses this site may be dialled."""
     hub = Role.VEHICLE_HUB if bundle.vehicle_id else Role.TOWER_HUB
-    return hosts_of(x509.load_pem_x509_certificate(bundle.roles[hub].certificate.encode()))
+    return hosts_of(read_certificate(bundle.roles[hub].certificate.encode()))
 
 
 def ends(bundle: Bundle) -> datetime:
     """When the first of its certificates expires, the authority's among them."""
     texts = (bundle.authority, *(each.certificate for each in bundle.roles.values()))
-    return min(x509.load_pem_x509_certificate(text.encode()).not_valid_after_utc for text in texts)
+    return min(read_certificate(text.encode()).not_valid_after_utc for text in texts)
 
 
 def _name(role: Role, vehicle_id: str, person: str) -> str:
@@ -191,7 +190,7 @@ def _check(bundle: Bundle, file: Path) -> None:
     if hub not in bundle.roles:
         raise CertificateError(f"{file}: no certificate for {hub}; {_AGAIN}")
     try:
-        authority = x509.load_pem_x509_certificate(bundle.authority.encode())
+        authority = read_certificate(bundle.authority.encode())
         check_revocations(bundle.revoked, authority)
         pairs = {role: read_pair(each.key.encode(), each.certificate.encode()) for role, each in bundle.roles.items()}
     except ValueError as error:

@@ -12,7 +12,18 @@ from tempfile import TemporaryDirectory
 
 from cryptography import x509
 
-from wire.authority import VALID, Pair, common_name, hosts_of, is_issued_by, issue, life_of, new_authority, read_pair
+from wire.authority import (
+    VALID,
+    Pair,
+    common_name,
+    hosts_of,
+    is_issued_by,
+    issue,
+    life_of,
+    new_authority,
+    read_certificate,
+    read_pair,
+)
 from wire.failures import CertificateError as CertificateError
 from wire.messages.base import encode
 from wire.private_file import refusal
@@ -228,7 +239,7 @@ def _refuse_exposed(folder: Path, *names: str) -> None:
 
 def _load(file: Path) -> x509.Certificate:
     try:
-        return x509.load_pem_x509_certificate(file.read_bytes())
+        return read_certificate(file.read_bytes())
     except (ValueError, OSError):
         raise CertificateError(f"{file}: damaged or unreadable; make new ones with: tower certificates --renew") from None
 

@@ -17,7 +17,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
-from wire.authority import SIGNATURE, common_name, is_issued_by, is_signed_by
+from wire.authority import SIGNATURE, common_name, is_issued_by, is_signed_by, read_certificate
 from wire.certificates import pair_of
 from wire.messages.base import encode
 from wire.messages.session import LeaseRequest, SupervisionRequest
@@ -87,6 +87,6 @@ def _pem(certificate: x509.Certificate) -> str:
 
 def _read(pem: str) -> x509.Certificate:
     try:
-        return x509.load_pem_x509_certificate(pem.encode())
+        return read_certificate(pem.encode())
     except ValueError:
         raise Unproven("the certificate in the question cannot be read") from None

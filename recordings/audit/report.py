@@ -12,6 +12,7 @@ from recordings.audit.drives import Counted, RemoteDrive, remote_drives
 from recordings.audit.source import read_lines, readable
 from recordings.audit.verify import Problem, Verdict, verify
 from recordings.errors import RecordingError
+from wire.authority import read_certificate
 from wire.certificates import AUTHORITY, default_folder
 from wire.messages.audit import AuditKind, MapPosition
 from wire.messages.base import Message, Name, Text
@@ -55,7 +56,7 @@ def read_authority(file: Path | None) -> x509.Certificate:
     """The certificate of the authority that issued the car's: the one named, or the user's own."""
     place = file or default_folder() / f"{AUTHORITY}.pem"
     try:
-        return x509.load_pem_x509_certificate(place.read_bytes())
+        return read_certificate(place.read_bytes())
     except (OSError, ValueError) as error:
         raise RecordingError(
             f"{place}: no certificate of an authority there ({error}); name the one that issued the car's: --authority FILE"

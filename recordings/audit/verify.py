@@ -12,7 +12,7 @@ from cryptography import x509
 
 from recordings.audit.source import Line, Read, readable
 from wire.audit_chain import GENESIS, SIGNED_AT_ONCE, hash_of, is_signed
-from wire.authority import common_name, is_issued_by
+from wire.authority import common_name, is_issued_by, read_certificate
 from wire.messages.audit import AuditKind
 from wire.messages.base import Count, Message, Text
 from wire.topics import Role, certificate_names
@@ -125,7 +125,7 @@ def _wrong_head(head: Read, authority: x509.Certificate) -> str:
     """Why a head proves nothing; "" when it does."""
     entry = head.entry
     try:
-        certificate = x509.load_pem_x509_certificate(entry.signer_pem.encode())
+        certificate = read_certificate(entry.signer_pem.encode())
     except ValueError:
         return "is a head without a certificate that can be read"
     made = datetime.fromtimestamp(entry.utc_ns / 1e9, UTC)

@@ -213,6 +213,14 @@ def test_a_head_whose_certificate_has_a_key_of_a_kind_that_nobody_knows_proves_n
     assert "another authority" in told(chain((K.HEAD,), signer_pem=odd))[0][1]
 
 
+@pytest.mark.parametrize("part", ["a003020102", "0603550403"], ids=["version", "name"])  # RFC 5280
+def test_a_head_whose_certificate_cannot_be_read_in_part_proves_nothing(part: str):
+    der, known = HUB.certificate.public_bytes(Encoding.DER), bytes.fromhex(part)
+    assert known in der
+    odd = DER_cert_to_PEM_cert(der.replace(known, bytes((known[0] ^ 0x12,)) + known[1:-1] + b"\x12"))
+    assert "without a certificate that can be read" in told(chain((K.HEAD,), signer_pem=odd))[0][1]
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, len(WHOLE) - 1), st.data())
 def test_any_byte_changed_anywhere_is_found(at: int, data: st.DataObject):

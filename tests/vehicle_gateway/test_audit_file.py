@@ -200,7 +200,10 @@ def test_a_record_that_was_not_written_whole_is_set_aside_and_said_so(tmp_path: 
     assert K.LOST in verdict(file)[0] and verdict(file)[2] == 0
 
 
-@pytest.mark.parametrize("last", [b"{}\n", b"no record\n", b"\xff\xfe\n"])
+DEEP = b'{"stamp_ns":0,"entry":' + b"[" * 5000 + b"\n"  # deeper than any decoder follows
+
+
+@pytest.mark.parametrize("last", [b"{}\n", b"no record\n", b"\xff\xfe\n", DEEP], ids=["empty", "words", "no text", "deep"])
 def test_a_damaged_file_is_refused_with_what_to_do_and_left_as_it_is(tmp_path: Path, last: bytes):
     file = tmp_path / "car.audit.jsonl"
     file.write_bytes(last)

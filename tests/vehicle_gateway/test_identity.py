@@ -11,7 +11,7 @@ from cryptography.x509 import load_pem_x509_certificate
 from msgspec.structs import replace
 
 from vehicle_gateway.identity import Verifier
-from wire.authority import Pair, is_signed_by, issue, new_authority
+from wire.authority import Pair, is_signed_by, issue, new_authority, read_certificate
 from wire.certificates import CertificateError, authority_of, make, revoke
 from wire.identity import Signer, Unproven, fingerprint, proven, signer_of
 from wire.messages.session import LeaseRequest, Supervision, SupervisionRequest
@@ -190,3 +190,21 @@ def test_a_certificate_whose_key_is_of_a_kind_that_nobody_knows_is_refused_in_wo
     odd = DER_cert_to_PEM_cert(der.replace(KEY_TYPE, KEY_TYPE[:-1] + b"\x09"))
     assert "another authority" in verifier.operator(replace(cockpit.sign(LEASE), certificate=odd), NOW).rule
     assert not is_signed_by(load_pem_x509_certificate(odd.encode()), "00", b"anything")
+
+
+VERSION_3 = bytes.fromhex("a003020102")  # RFC 5280: [0] { INTEGER 2 }
+COMMON_NAME = bytes.fromhex("0603550403")  # its type, RFC 5280; the letters follow
+
+
+@pytest.mark.parametrize(
+    ("part", "becomes"), [(VERSION_3, VERSION_3[:-1] + b"\x12"), (COMMON_NAME, b"\x14" + COMMON_NAME[1:])], ids=["version", "name"]
+)
+def test_a_certificate_of_which_a_part_cannot_be_read_is_refused_in_words(folder: Path, verifier: Verifier, part, becomes):
+    """What the library raises for a strange version is no ValueError; what it raises for a name comes when that is asked for."""
+    cockpit = signer_of(folder, Role.TOWER_HUB)
+    der = cockpit.certificate.public_bytes(Encoding.DER)
+    assert part in der
+    odd = DER_cert_to_PEM_cert(der.replace(part, becomes))
+    assert "cannot be read" in verifier.operator(replace(cockpit.sign(LEASE), certificate=odd), NOW).rule
+    with pytest.raises(ValueError):  # noqa: PT011 - what the library says of it is its own
+        read_certificate(odd.encode())

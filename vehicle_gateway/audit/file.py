@@ -8,13 +8,11 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-import msgspec
-
 from vehicle_gateway.audit.trail import Trail
 from wire.audit_chain import Chain, hash_of
 from wire.configuration import ConfigurationError
 from wire.messages.audit import AuditEntry, AuditRecord
-from wire.messages.base import decoder, encode
+from wire.messages.base import UNDECODABLE, decoder, encode
 
 LAST_BYTES = 1 << 16  # ours: the longest record has 20 kB
 _RECORD, _ENTRY = decoder(AuditRecord), decoder(AuditEntry)
@@ -54,7 +52,7 @@ def _read(file: Path, line: bytes) -> tuple[AuditEntry, AuditRecord]:
     try:
         record = _RECORD.decode(line)
         entry = _ENTRY.decode(record.entry)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except UNDECODABLE as error:
         raise _damaged(file, str(error)) from None
     if hash_of(bytes(record.entry)) != record.hash:
         raise _damaged(file, "its last record was changed")
