@@ -34,7 +34,8 @@ test-coverage: .venv/prove
 test-mutation: .venv/prove
 	$(BIN)/python -m benchmarks.proof.mutation $(ARGS)
 
-# Ten million inputs for every decoder, in all; goes on where it was broken off. With ARGS: so many now.
+# Ten million inputs for every decoder, in all, and 50,000 at least for each; goes on where it was broken off. With ARGS: so many
+# now.
 fuzz: .venv/prove
 	$(BIN)/python -m benchmarks.proof.fuzz $(ARGS)
 

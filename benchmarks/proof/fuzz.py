@@ -1,39 +1,44 @@
-"""`make fuzz`: ten million inputs, in all, for every decoder; goes on where it was broken off.
+"""`make fuzz`: ten million inputs, in all, and 50,000 at least for each decoder; goes on where it was broken off.
 
 Guided by coverage with atheris where its wheel installs; otherwise the same changed inputs without guidance. The count and
 what was interesting are kept in .fuzz/; an input that breaks a rule is kept there, too, and named. Writes the count with the
-commit into benchmarks/results/fuzz.md.
+commit into benchmarks/results/fuzz.md; a clone without .fuzz/ goes on from the count in there.
 """
 
 import importlib.util
 import json
 import random
+import re
 import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from benchmarks.proof.noise import changed
+from benchmarks.proof.rules import Target
 from benchmarks.proof.subjects import ROOT
 
 KEPT = ROOT / ".fuzz"
 RESULTS = ROOT / "benchmarks/results/fuzz.md"
 WANTED = 10_000_000
+LEAST = 50_000  # of each; a decoder that lacks them is fuzzed before the others
 EVERY = 5_000  # inputs between two savings of the count
+_ROW = re.compile(r"^\| (.+) \| ([\d,]+) \|$", re.MULTILINE)
 LONGEST_S = 5.0  # for one input, on a busy machine; all take milliseconds
 
 
 class Tally:
     """How many inputs each target has had, over all runs."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, page: Path) -> None:
+        """page  the committed table, for a folder without a count"""
         self._file = folder / "count.json"
         folder.mkdir(exist_ok=True)
-        self.counts: Counter[str] = Counter(json.loads(self._file.read_text()) if self._file.exists() else {})
+        self.counts = Counter[str](json.loads(self._file.read_text()) if self._file.exists() else counts_in(page.read_text()))
         self._unsaved = 0
 
     def add(self, name: str) -> None:
@@ -49,16 +54,29 @@ class Tally:
 
 def main(arguments: list[str]) -> int:
     """arguments  how many inputs in this run; without, as many as are missing"""
-    tally = Tally(KEPT)
-    runs = int(arguments[0]) if arguments else max(WANTED - tally.counts.total(), 0)
+    tally = Tally(KEPT, RESULTS)
     guided = importlib.util.find_spec("atheris") is not None
-    print(f"{tally.counts.total():,} inputs so far, {runs:,} to come, {'guided by atheris' if guided else 'unguided'}", flush=True)
     with TemporaryDirectory(prefix="fuzz-") as folder:
-        _run(tally, runs, _load(Path(folder), guided), guided)
+        known = _load(Path(folder), guided)
+        runs = int(arguments[0]) if arguments else missing(tally.counts, [target.name for target in known])
+        how = "guided by atheris" if guided else "unguided"
+        print(f"{tally.counts.total():,} inputs so far, {runs:,} to come, {how}", flush=True)
+        _run(tally, runs, known, guided)
     return 0
 
 
-def _load(folder: Path, guided: bool) -> Any:
+def missing(counts: Counter[str], names: Sequence[str]) -> int:
+    """How many inputs are to come."""
+    return max(WANTED - counts.total(), sum(max(LEAST - counts[name], 0) for name in names))
+
+
+def order_of(counts: Counter[str], known: Sequence[Target]) -> list[int]:
+    """Numbers of targets, each as often as its share; of those alone that lack inputs, while there are any."""
+    lacking = [number for number, target in enumerate(known) if counts[target.name] < LEAST]
+    return lacking or [number for number, target in enumerate(known) for _ in range(target.share)]
+
+
+def _load(folder: Path, guided: bool) -> tuple[Target, ...]:
     """The targets; guided, with the decoders' own Python instrumented."""
     if guided:
         import atheris
@@ -70,13 +88,13 @@ def _load(folder: Path, guided: bool) -> Any:
     return targets(folder)
 
 
-def _run(tally: Tally, runs: int, known: Any, guided: bool) -> None:
-    order = [number for number, target in enumerate(known) for _ in range(target.share)]
+def _run(tally: Tally, runs: int, known: Sequence[Target], guided: bool) -> None:
+    order = order_of(tally.counts, known)
     source = random.Random(tally.counts.total())
     left = runs
 
     def try_one(data: bytes) -> None:
-        nonlocal left
+        nonlocal left, order
         if left <= 0:
             return
         left -= 1
@@ -91,6 +109,8 @@ def _run(tally: Tally, runs: int, known: Any, guided: bool) -> None:
         if time.monotonic() - began_s > LONGEST_S:
             raise TimeoutError(f"{target.name}: one input took {time.monotonic() - began_s:.1f} s")
         tally.add(target.name)
+        if tally.counts[target.name] == LEAST:
+            order = order_of(tally.counts, known)
         if left == 0:
             tally.save()
             write_results(tally.counts, guided)
@@ -121,12 +141,21 @@ def _run(tally: Tally, runs: int, known: Any, guided: bool) -> None:
     atheris.Fuzz()
 
 
+def counts_in(page: str) -> Counter[str]:
+    """What a table says that `write_results` wrote."""
+    return Counter({name: int(count.replace(",", "")) for name, count in _ROW.findall(page)})
+
+
 def write_results(counts: Counter[str], guided: bool) -> None:
     head = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
+    RESULTS.write_text(page_of(counts, guided, head.stdout.strip()))
+
+
+def page_of(counts: Counter[str], guided: bool, commit: str) -> str:
     how = "guided by atheris" if guided else "unguided"
     rows = "\n".join(f"| {name} | {count:,} |" for name, count in sorted(counts.items()))
-    RESULTS.write_text(
-        f"# Fuzzing\n\n`make fuzz`, {datetime.now(UTC):%Y-%m-%d}, commit {head.stdout.strip()}, {how}: "
+    return (
+        f"# Fuzzing\n\n`make fuzz`, {datetime.now(UTC):%Y-%m-%d}, commit {commit}, {how}: "
         f"**{counts.total():,} inputs** so far, none of which broke a rule:\nonly the documented errors, no NaN and no infinity "
         "let in, the same again after encoding and decoding, in bounded time.\n\n"
         "| decoder | inputs |\n|---|---|\n" + rows + "\n"
