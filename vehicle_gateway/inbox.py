@@ -102,9 +102,9 @@ class Inbox:
                 self.dropped[reason] += 1
                 return
             self.guard = msgspec.structs.replace(self.guard, last_sequence=command.sequence)
-        waiting = self._command
-        shown = shown_since(waiting.command, waiting.received_ns, waiting.shown_ns, command) if waiting else {}
-        self._command = Commanded(command, received_ns, shown)
+            waiting = self._command
+            shown = shown_since(waiting.command, waiting.received_ns, waiting.shown_ns, command) if waiting else {}
+            self._command = Commanded(command, received_ns, shown)
         self.wake.set()
 
     def hold_to(self, epoch: int, new_key: bytes | None) -> None:
@@ -162,7 +162,8 @@ class Inbox:
         hand_overs = [item.message for item in self._hand_overs.drain()]
         supervisions = [item.message for item in self._supervisions.drain()]
         stops = [item.message.number for item in self._stops.drain()]
-        command, self._command = self._command, None
+        with self._lock:  # between looking and clearing no command may come: it would be lost for a period
+            command, self._command = self._command, None
         inputs = Inputs(
             feedback=self._new(0, self._feedback.feedback),
             command=command.command if command else None,
