@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from vehicle_gateway.service import Site
-from wire.configuration import shipped
+from wire.configuration import ConfigurationError, shipped
 from wire.logs import Format, LogFormat
 from wire.logs import start as start_log
 from wire.process import BEHIND_ALL, run_until_stopped
@@ -111,14 +111,27 @@ def tables(
     write: Annotated[Path | None, typer.Option(help="The checkout whose pages are rewritten; else print.")] = None,
 ) -> None:
     """Who drives, and what the failsafe does about what, as the code has it."""
-    from vehicle_gateway.tables import BLOCKS, rewritten
+    from vehicle_gateway.tables import BLOCKS
 
     if write is None:
         typer.echo("\n\n".join(draw() for blocks in BLOCKS.values() for draw in blocks.values()))
         return
+    raise typer.Exit(run_until_stopped(_rewrite, write))
+
+
+def _rewrite(checkout: Path, _: object) -> int:
+    """The pages with their tables as the code has them: 0. Raises ConfigurationError for a page that cannot be rewritten."""
+    from vehicle_gateway.tables import BLOCKS, rewritten
+
     for page in BLOCKS:
-        file = write / page
-        file.write_text(rewritten(page, file.read_text(encoding="utf-8")), encoding="utf-8")
+        file = checkout / page
+        try:
+            file.write_text(rewritten(page, file.read_text(encoding="utf-8")), encoding="utf-8")
+        except OSError as error:
+            raise ConfigurationError(f"{file}: {error.strerror}; name the checkout: --write FOLDER") from None
+        except ValueError as error:
+            raise ConfigurationError(f"{file}: {error}") from None
+    return 0
 
 
 def main() -> None:

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner, Result
 
 from vehicle_gateway.authority import TABLE, Event
 from vehicle_gateway.failsafe import FailsafeLimits
+from vehicle_gateway.program import application
 from vehicle_gateway.tables import BLOCKS, authority_table, diagram, failsafe_table, modes_table, rewritten
 from wire.messages.vehicle import Mode
 
@@ -21,6 +23,27 @@ def test_the_pages_tables_are_the_code_s(page):
 def test_a_page_that_lost_its_markers_is_told_which():
     with pytest.raises(ValueError, match="drawn: failsafe"):
         rewritten("vehicle_gateway/README.md", "a page without them")
+
+
+def written(checkout: Path) -> Result:
+    return CliRunner().invoke(application, ["tables", "--write", str(checkout)])
+
+
+def test_a_checkout_s_pages_are_rewritten_and_one_that_is_none_is_refused_in_words(tmp_path: Path):
+    for page, blocks in BLOCKS.items():
+        (tmp_path / page).parent.mkdir(exist_ok=True)
+        empty = "\n".join(f"<!-- drawn: {name} -->\nold\n<!-- end -->" for name in blocks)
+        (tmp_path / page).write_text(f"{empty}\n", encoding="utf-8")
+    assert written(tmp_path).exit_code == 0
+    for page, blocks in BLOCKS.items():
+        text = (tmp_path / page).read_text(encoding="utf-8")
+        assert "old" not in text and all(draw() in text for draw in blocks.values())
+    for checkout, wrong in ((tmp_path / "none", "No such file or directory"), (tmp_path / page / "file", "Not a directory")):
+        refused = written(checkout)
+        assert (refused.exit_code, type(refused.exception)) == (2, SystemExit)
+        assert f"{wrong}; name the checkout: --write FOLDER" in refused.stderr
+    (tmp_path / page).write_text("nothing drawn", encoding="utf-8")
+    assert "put the two lines back" in written(tmp_path).stderr
 
 
 def test_every_change_of_mode_of_the_table_is_in_the_diagram_and_nothing_else():
