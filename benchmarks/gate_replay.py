@@ -1,15 +1,15 @@
-"""What the gate would have changed of real driving, and why: a person on a motorway, and the newest recorded drive.
+"""What the gate would have changed of real driving, and why: a person on a motorway, and every recorded drive.
 
-The motorway log is comma2k19's example segment (60 s, Toyota RAV4, MIT), found in ../shared/data beside the checkout: steering
-wheel angle and speed at 83 Hz as the car measured them, the acceleration as the slope of the speed over a quarter of a second.
-They are asked of the gate as an operator would ask, with no cap. The drive is run again from its recorded inputs with the
-gateway of today; beside the share of cycles that a rule changed stands the recorded share. Never here: a judgement which is right.
+The motorway log is comma2k19's example segment (60 s, Toyota RAV4, MIT), found in ../shared/data beside the checkout: the raw
+frames of the car's own bus, read by the Toyota's codec as the gateway would read them. With every motion frame (83 Hz) steering
+and acceleration as the codec tells them are asked of the gate, as an operator would ask, with no cap. A drive is run again from
+its recorded inputs with the gateway of today; beside the share of cycles that a rule changed stands the recorded share. Never
+here: a judgement which is right.
 """
 
-import math
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,18 +18,24 @@ from msgspec.structs import replace
 
 from benchmarks.cycle import CAR, LIMITS
 from benchmarks.figures import Figure, figure
+from recordings.errors import RecordingError
 from recordings.read import open_recording
+from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.layout import LEAST_PERIOD_MS
+from vehicle_gateway.can.toyota_codec import toyota_codec
+from vehicle_gateway.can.toyota_layout import toyota_layouts
 from vehicle_gateway.cycle import NO_CAP_M_S, step
 from vehicle_gateway.gate import gate
 from vehicle_gateway.replay import begin
 from vehicle_gateway.state import Inputs
-from wire.messages.base import decoder
+from wire.messages.base import UNDECODABLE, decoder
 from wire.messages.vehicle import Actuation
 
 NAME = "gate"
-SHARED = Path(__file__).resolve().parents[2] / "shared/data/comma2k19/segment40/processed_log/CAN"
+SHARED = Path(__file__).resolve().parents[2] / "shared/data/comma2k19/segment40/processed_log/CAN/raw_can"
 SESSIONS = Path("sessions")
-SLOPE_S = 0.25  # over which an acceleration is read off the speed: its quantum of 0.01 km/h would be all noise otherwise
+CAR_BUS = 0  # the log's `src`: heard on the car's bus
+CYCLE_MIN_S = LEAST_PERIOD_MS / 1e3  # frames that were logged closer together meet one cycle of the gateway: the newest counts
 # Toyota RAV4 2016-18, as opendbc's values.py has it (wheelbase, ratio); lock and the rest are not reached on a motorway.
 RAV4 = replace(CAR, wheelbase_m=2.65, steering_ratio=16.88, acceleration_max_m_s2=3.0)
 _INPUTS = decoder(Inputs)
@@ -48,13 +54,23 @@ def figures() -> Iterator[Figure]:
     if SHARED.is_dir():
         yield from _shares("a person on a motorway, 60 s", motorway(read_log(SHARED)), None)
     else:
-        print(f"{NAME}: no motorway log: lay it to {SHARED.parents[2].name}/ beside this checkout", file=sys.stderr)
+        print(f"{NAME}: no motorway log: lay it to {SHARED.parents[3].name}/ beside this checkout", file=sys.stderr)
     drives = sorted(SESSIONS.glob("*/drive.mcap"), key=lambda path: path.stat().st_mtime)
-    if drives:
-        now, recorded = again(drives[-1])
-        yield from _shares("the newest recorded drive", now, recorded)
+    replayed = list(_replayed(drives))
+    if replayed:
+        now, recorded = (sum(counted, Counter[str]()) for counted in zip(*replayed, strict=True))
+        yield from _shares(f"{len(replayed)} recorded drives", now, recorded)
     else:
         print(f"{NAME}: no recorded drive in {SESSIONS}/: make one: make demo", file=sys.stderr)
+
+
+def _replayed(drives: list[Path]) -> Iterator[tuple[Counter[str], Counter[str]]]:
+    """Those that this version can read; the others are named."""
+    for drive in drives:
+        try:
+            yield again(drive)
+        except (RecordingError, *UNDECODABLE) as error:
+            print(f"{NAME}: {drive} is left out: {error}", file=sys.stderr)
 
 
 def _shares(case: str, counted: Counter[str], recorded: Counter[str] | None) -> Iterator[Figure]:
@@ -68,14 +84,29 @@ def _shares(case: str, counted: Counter[str], recorded: Counter[str] | None) -> 
 
 
 def read_log(folder: Path) -> list[Asked]:
-    """The log as requests; speed and steering come in steps of about 12 ms."""
-    times, speeds = np.load(folder / "speed/t"), np.load(folder / "speed/value")[:, 0]
-    angles_deg = np.interp(times, np.load(folder / "steering_angle/t"), np.load(folder / "steering_angle/value"))
-    slopes = (np.interp(times + SLOPE_S / 2, times, speeds) - np.interp(times - SLOPE_S / 2, times, speeds)) / SLOPE_S
-    return [
-        Asked(float(dt), float(speed), math.radians(angle) / RAV4.steering_ratio, float(slope))
-        for dt, speed, angle, slope in zip(np.diff(times), speeds[1:], angles_deg[1:], slopes[1:], strict=True)
-    ]
+    """The raw log as requests: one for every motion frame from the first on with which all parts of the feedback were there."""
+    times, sources, identifiers, payloads = (np.load(folder / name) for name in ("t", "src", "address", "data"))
+    ours = sources == CAR_BUS
+    return asked_of(zip(times[ours].tolist(), identifiers[ours].tolist(), payloads[ours].tolist(), strict=True))
+
+
+def asked_of(logged: Iterable[tuple[float, int, bytes]]) -> list[Asked]:
+    """logged  time [s], identifier and payload of every frame of the bus; numpy has lost the zeros at a payload's end"""
+    codec = toyota_codec("", RAV4)
+    sizes = {layout.arbitration_id: layout.size for layout in toyota_layouts().values()}
+    state, asked = codec.start(), list[Asked]()
+    asked_s: float | None = None
+    for at_s, identifier, payload in logged:
+        frame = Frame(identifier, payload.ljust(sizes.get(identifier, 0), b"\0"))
+        before = state.feedback
+        state, _ = codec.decode(state, frame)
+        told = state.feedback
+        if told is None or told is before or (asked_s is not None and at_s - asked_s < CYCLE_MIN_S):
+            continue
+        if asked_s is not None:
+            asked.append(Asked(at_s - asked_s, told.speed_m_s, told.road_wheel_angle_rad, told.acceleration_m_s2))
+        asked_s = at_s
+    return asked
 
 
 def motorway(log: list[Asked]) -> Counter[str]:
