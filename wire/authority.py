@@ -39,10 +39,10 @@ def read_certificate(pem: bytes) -> x509.Certificate:
     """Whatever stands in it: anybody can have written it. Raises ValueError when it, its names or its times cannot be read."""
     try:
         certificate = x509.load_pem_x509_certificate(pem)
-    except x509.InvalidVersion as error:  # is no ValueError
+        for part in ("subject", "issuer", "not_valid_before_utc", "not_valid_after_utc"):  # are read when they are asked for first
+            getattr(certificate, part)
+    except (x509.InvalidVersion, TypeError) as error:  # a strange version; a name that is no text
         raise ValueError(str(error)) from None
-    for part in ("subject", "issuer", "not_valid_before_utc", "not_valid_after_utc"):  # are read when they are asked for first
-        getattr(certificate, part)
     return certificate
 
 
