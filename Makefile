@@ -24,7 +24,7 @@ drives: setup
 
 # Thousands of made-up stories of one gateway among enemies (a quarter of an hour).
 test-deep: setup
-	$(BIN)/pytest -m deep tests/safety $(ARGS)
+	$(BIN)/pytest -m deep --hypothesis-profile=new tests/safety $(ARGS)
 
 # Every branch, and every mutant, of the code that must be right (benchmarks/proof/subjects.py), by its own fast tests. With
 # ARGS (part of a file's path): just that. Mutation keeps its verdicts in .mutation/; only what changed is tried again.
