@@ -3,6 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import asdict
 
 from vehicle_gateway.rolling import Rolling, RollingLimits, watch_rolling
 from wire.messages.base import Gear
@@ -50,6 +51,16 @@ def test_a_car_that_rolled_away_is_held_hard_until_somebody_drives_it():
     still = after([0.0] * 1000, held=True, driven=False, start=rolled)
     assert still.hold_hard and still.rolled_m == 0.0
     assert not after([0.0], driven=True, start=still).hold_hard
+
+
+def test_the_limits_are_those_of_the_design():
+    assert asdict(RollingLimits()) == {"rolled_m": 0.15, "hold_hard_m_s2": -6.0}
+
+
+def test_at_the_speed_of_standstill_it_moves_and_at_the_limit_itself_it_has_not_rolled_away():
+    assert after([-0.05] * 301).hold_hard and not after([-0.0499] * 301).hold_hard
+    once = watch_rolling(Rolling(), -0.15, Gear.DRIVE, False, True, 1.0, 0.05, LIMITS)
+    assert (once.rolled_m, once.hold_hard) == (0.15, False)
 
 
 @given(st.lists(st.tuples(st.floats(-3.0, 3.0), st.sampled_from(Gear), st.booleans()), max_size=60))

@@ -5,13 +5,13 @@ from math import cos, hypot, sin, tan
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
-from vehicle_gateway.corridor import Corridor, Odometry, advance
+from vehicle_gateway.corridor import CORRIDOR_AGE_MAX_NS, Corridor, Odometry, advance
 from vehicle_gateway.gate import GateLimits, gate
-from vehicle_gateway.safe_stop import StopLimits, safe_stop, stopping_distance_m
+from vehicle_gateway.safe_stop import StopLimits, safe_stop, speed_for_distance_m_s, stopping_distance_m
 from wire.configuration import read_sections, shipped
-from wire.messages.base import Gear
+from wire.messages.base import Gear, Indicators, Lights, Wipers
 from wire.messages.vehicle import Actuation, VehicleDescription
 
 CAR: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
@@ -156,3 +156,61 @@ def test_a_stop_in_reverse_keeps_the_gear_and_brakes():
     )
     assert asked.gear is Gear.REVERSE
     assert asked.acceleration_m_s2 < 0.0
+
+
+def test_the_limits_are_those_of_the_design():
+    assert asdict(StopLimits()) == {
+        "braking_m_s2": 2.5,
+        "braking_max_m_s2": 4.0,
+        "jerk_m_s3": 5.0,
+        "blind_speed_m_s": pytest.approx(1.389, abs=1e-3),
+    }
+
+
+@pytest.mark.parametrize(("older_ns", "braking"), [(0, 2.5), (1, 4.0)])
+def test_the_brake_is_firmer_from_the_first_moment_on_that_the_corridor_is_older_than_its_limit(older_ns, braking):
+    """It brakes with 2.5 m/s2 already: it keeps to that, or goes on from there with all the jerk it may have."""
+    previous = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=-2.5)
+    corridor = Corridor(points=straight(200.0), checked_ns=NOW - CORRIDOR_AGE_MAX_NS - older_ns)
+    asked = safe_stop(previous, corridor, Odometry(), 5.0, NOW, DT, CAR, LIMITS)
+    assert asked.acceleration_m_s2 == pytest.approx(max(-braking, -2.5 - 5.0 * DT))
+
+
+def test_lights_and_wipers_stay_as_they_were_and_no_indicator_says_that_it_turns():
+    lit = Actuation(
+        road_wheel_angle_rad=0.0,
+        acceleration_m_s2=0.0,
+        gear=Gear.DRIVE,
+        indicators=Indicators.LEFT,
+        lights=Lights.HIGH,
+        wipers=Wipers.FAST,
+    )
+    asked = safe_stop(lit, Corridor(), Odometry(), 5.0, NOW, DT, CAR, LIMITS)
+    assert (asked.indicators, asked.lights, asked.wipers) == (Indicators.OFF, Lights.HIGH, Wipers.FAST)
+
+
+def test_a_corridor_cut_short_by_what_stands_in_it_is_braked_for_like_one_that_ends_there():
+    previous = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=-3.0)
+    long, short = (Corridor(points=straight(metres), checked_ns=NOW) for metres in (60.0, 6.0))
+    cut, whole, ends = (
+        safe_stop(previous, corridor, Odometry(), 6.0, NOW, DT, CAR, LIMITS, free)
+        for corridor, free in ((long, 13), (long, None), (short, None))
+    )
+    assert cut.acceleration_m_s2 == ends.acceleration_m_s2 < whole.acceleration_m_s2
+
+
+@settings(max_examples=60)
+@given(distance=st.floats(0.0, 80.0), reaction=st.floats(0.0, 0.6), braking=st.floats(1.0, 4.0), jerk=st.floats(2.0, 10.0))
+def test_the_speed_for_a_distance_is_the_one_that_integration_stops_from_within_it(distance, reaction, braking, jerk):
+    """But for the term it leaves out: b t_j^2 / 24, 11 cm at most with the shipped limits."""
+    speed = speed_for_distance_m_s(distance, reaction, braking, jerk)
+    left_out = braking * (braking / jerk) ** 2 / 24
+    if speed > braking**2 / jerk / 2:  # the braking builds up whole
+        assert numerically(speed, reaction, braking, jerk) == pytest.approx(distance - left_out, abs=0.03, rel=0.005)
+    else:
+        assert numerically(speed, reaction, braking, jerk) <= distance + 0.03
+
+
+@pytest.mark.parametrize("distance", [0.0, -1.0])
+def test_where_there_is_no_room_no_speed_is_right(distance):
+    assert speed_for_distance_m_s(distance, 0.3, 4.0, 5.0) == pytest.approx(0.0, abs=1e-12)
