@@ -6,6 +6,7 @@ What is ready already is read from disk in a fraction of a second. Never needed 
 import shutil
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 
@@ -21,6 +22,7 @@ WARM_UPS: dict[str, Callable[[], None]] = {
     "learned guess": learned_guess,
     "tracker": tracker,
 }
+COMPLETE = "complete"  # a file beside the kernels, once all of them are
 
 
 def warm_up(tell: Callable[[str], None]) -> None:
@@ -32,11 +34,13 @@ def warm_up(tell: Callable[[str], None]) -> None:
         tell(f"{name}: {begins}")
         make_ready()
         tell(f"{name}: ready after {monotonic() - begun_s:.1f} s")
+    with suppress(OSError):  # a full disk: then the next one says once more that it compiles
+        (kept_in() / COMPLETE).touch()
 
 
-def is_new() -> bool:
-    """Whether nothing of these sources was compiled yet."""
-    return not any(kept_in().rglob("*.nbi"))
+def is_new(folder: Path | None = None) -> bool:
+    """Whether these sources were not yet compiled to the end: one that was broken off has left some kernels. folder: of theirs."""
+    return not ((folder or kept_in()) / COMPLETE).exists()
 
 
 def remove_old() -> None:

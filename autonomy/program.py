@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from autonomy.outputs import check_output
 from autonomy.run import run as run_stack
 from wire.configuration import ConfigurationError, shipped
 from wire.logs import Format, LogFormat, tell_error
@@ -64,9 +65,17 @@ def plan(
 def train_guess(
     drives: Annotated[int, typer.Option(min=20, help="Drives through the training crossings.")] = DRIVES,
     rounds: Annotated[int, typer.Option(min=1, help="Times through all samples.")] = ROUNDS,
-    out: Annotated[Path, typer.Option(help="The weights' file; its story goes beside it.")] = Path("weights.npz"),
+    out: Annotated[Path, typer.Option(metavar="FILE.npz", help="The weights' file; its story goes beside it: FILE.md.")] = Path(
+        "weights.npz"
+    ),
 ) -> None:
     """Learn where the local planner starts in a new class, from drives made for it (minutes of one core)."""
+    try:
+        check_output("--out", ".npz", out)
+        check_output("the story of --out,", ".md", out.with_suffix(".md"))
+    except ConfigurationError as error:
+        tell_error(str(error))
+        raise typer.Exit(USER_ERROR) from None
     try:
         from autonomy.training.shipping import train_guess as train
     except ModuleNotFoundError:

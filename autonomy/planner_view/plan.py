@@ -1,9 +1,9 @@
 """`autonomy plan`: drives a crossing, says how it went, and writes pictures of what the planner thought."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import accumulate, chain
-from os import W_OK, access
 from pathlib import Path
 from time import perf_counter
 
@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from autonomy.compile import is_new, warm_up
+from autonomy.outputs import check_output
 from autonomy.planner_view.colours import Given, give
 from autonomy.planner_view.film import write_film
 from autonomy.planner_view.layers import Street, View, street_of, view
@@ -72,12 +73,7 @@ def plan(wanted: Wanted, tell: Callable[[str], None]) -> bool:
 
 def check_outputs(wanted: Wanted) -> None:
     for option, ending, path in _outputs(wanted):
-        if path.suffix.lower() != ending:
-            raise ConfigurationError(f"{option} {path}: it will be a {ending} file; name it so, for instance {path.stem}{ending}")
-        if not path.parent.is_dir():
-            raise ConfigurationError(f"{option} {path}: there is no folder {path.parent}; make it first: mkdir -p {path.parent}")
-        if not access(path if path.exists() else path.parent, W_OK) or path.is_dir():
-            raise ConfigurationError(f"{option} {path}: may not be written; name another place")
+        check_output(option, ending, path)
     if wanted.at_s is not None and wanted.plot is None:
         raise ConfigurationError("--at says which moment --plot draws; name a picture with --plot FILE.png")
 
@@ -102,10 +98,16 @@ def verdict_lines(watched: Watched) -> list[str]:
     return [
         f"goal            {end} after {verdict.duration_s:.1f} s, mean speed {verdict.mean_speed_m_s:.2f} m/s",
         f"collisions      {int(verdict.collided)}{closest}, beyond the edge {verdict.off_road_m:.2f} m",
-        f"without a plan  {verdict.braked} of {len(took)} cycles",
+        f"without a plan  {verdict.braked} of {len(took)} cycles{_refusals(watched.cycles)}",
         f"several ways    in {several} cycles, trajectories {APART_M:g} m and more apart",
         f"cycle           p50 {p50:.1f} ms, p95 {p95:.1f} ms",
     ]
+
+
+def _refusals(cycles: tuple[Cycle, ...]) -> str:
+    """What the local planner refused to be asked, and in how many cycles; nothing when it only found no way."""
+    refused = Counter(why for cycle in cycles for why in {each.trajectory.refused for each in cycle.decision.candidates} if why)
+    return "".join(f"; {why} in {count}" for why, count in refused.most_common())
 
 
 def written(wanted: Wanted, shown: Shown) -> Iterator[str]:

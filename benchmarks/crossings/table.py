@@ -1,6 +1,9 @@
 """`make table1`: every method through every crossing with the same seeds, as Markdown. Goes on where it was broken off.
 
-    python -m benchmarks.crossings.table [--seeds N] [--crossings NAME ...]
+    python -m benchmarks.crossings.table [--seeds N] [--crossings NAME ...] [--out FILE]
+
+Only the whole of it, every crossing with at least 100 seeds, is written to benchmarks/results/table1.md; a part is printed, and
+written where --out says.
 
 Paired: the same seed is the same people. A difference of durations is told over the seeds in which neither of the two collided;
 its interval is a bootstrap of those pairs (10,000 resamples, percentiles). A time-out counts as the 40 s that it took.
@@ -12,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from autonomy.outputs import check_output
 from benchmarks.crossings.methods import METHODS, TUNING
 from benchmarks.crossings.runs import Run, Runs
 from benchmarks.figures import commit, machine
@@ -36,7 +40,7 @@ PAPER = {
 }
 HEAD = """# Table I: planners among people who cross
 
-`make table1`, {machine}, commit {commit}: {seeds} seeds of every crossing in `config/crossings`, the same people for
+`make table1`, {machine}, commit {commit}: {seeds} seeds of {which}, the same people for
 each method. Durations in seconds (standard deviation); collisions with a person, a thing or the road's edge;
 time-outs at 40 s. Braked: cycles of 0.1 s without a plan, for each run. The paper's rows are for its own scenario,
 which is not public: another street, 25 runs.
@@ -48,18 +52,33 @@ have crossed before the car comes, and before any planner was tuned.
 """
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     asked = argparse.ArgumentParser(prog="python -m benchmarks.crossings.table", description="Table I")
     asked.add_argument("--seeds", type=int, default=SEEDS, help="seeds of every crossing")
     asked.add_argument("--crossings", nargs="*", default=reported(), help="names in config/crossings")
-    options = asked.parse_args()
+    asked.add_argument("--out", type=Path, help=f"where to write it; default: {RESULT} for the whole, nowhere for a part")
+    options = asked.parse_args(arguments)
+    if options.out is not None:
+        check_output("--out", ".md", options.out)
     kept, parts = Runs(), []
     for crossing in options.crossings:
         runs = list(kept.of(crossing, METHODS, range(options.seeds)))
         parts.append(section(crossing, runs))
         print(parts[-1], flush=True)
-    head = HEAD.format(machine=machine(), commit=commit(), seeds=options.seeds, tuning=TUNING)
-    RESULT.write_text("\n".join((head, *parts)))
+    out = options.out or written_to(options.seeds, options.crossings)
+    if out is not None:
+        out.write_text("\n".join((head(options.seeds, options.crossings), *parts)))
+
+
+def written_to(seeds: int, crossings: Sequence[str]) -> Path | None:
+    """A part must not stand where the whole is read."""
+    return RESULT if seeds >= SEEDS and set(crossings) >= set(reported()) else None
+
+
+def head(seeds: int, crossings: Sequence[str]) -> str:
+    every = set(crossings) >= set(reported())
+    which = "every crossing in `config/crossings`" if every else ", ".join(crossings)
+    return HEAD.format(machine=machine(), commit=commit(), seeds=seeds, which=which, tuning=TUNING)
 
 
 def reported() -> list[str]:

@@ -1,5 +1,6 @@
 """What the user sees when the configuration is wrong, and that the shipped one is right."""
 
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -59,3 +60,35 @@ def test_the_automation_drives_only_in_its_own_modes_and_through_a_hand_over_it_
     assert drives(gateway(mode), drove=False) is own
     assert drives(gateway(mode), drove=True) is (own or mode is Mode.HANDING_OVER)
     assert drives(None, drove=True) is False
+
+
+@pytest.mark.parametrize(
+    ("out", "told"),
+    [
+        ("gone/weights.npz", "--out {}/gone/weights.npz: there is no folder {}/gone; make it first: mkdir -p {}/gone"),
+        ("weights.md", "--out {}/weights.md: it will be a .npz file; name it so, for instance weights.npz"),
+        ("weights", "for instance weights.npz"),
+        ("folder.npz", "--out {}/folder.npz: may not be written"),
+        ("story.npz", "{}/story.md: may not be written"),
+    ],
+)
+def test_where_the_learned_weights_cannot_go_is_told_before_anything_is_driven(tmp_path: Path, out: str, told: str) -> None:
+    for folder in ("folder.npz", "story.md"):
+        (tmp_path / folder).mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    result = CliRunner().invoke(application, ["train-guess", "--out", str(tmp_path / out)])
+    assert result.exit_code == 2
+    assert told.replace("{}", str(tmp_path)) in result.stderr and result.stderr.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.skipif(find_spec("jax") is not None, reason="JAX is here: it would train")
+def test_without_jax_training_says_how_to_install_it_once_the_rest_is_right(tmp_path: Path) -> None:
+    result = CliRunner().invoke(application, ["train-guess", "--out", str(tmp_path / "weights.npz")])
+    assert result.exit_code == 1 and "pip install --constraint constraints.txt '.[train]'" in result.stderr
+
+
+@pytest.mark.parametrize("options", [["--drives", "19"], ["--rounds", "0"]])
+def test_too_little_to_learn_from_is_refused(options: list[str]) -> None:
+    result = CliRunner().invoke(application, ["train-guess", *options])
+    assert result.exit_code == 2 and options[0] in result.stderr

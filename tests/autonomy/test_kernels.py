@@ -1,10 +1,12 @@
 """What is compiled belongs to the sources as they are, and once it is ready nothing is compiled again."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 
-from autonomy.compile import WARM_UPS, is_new, warm_up
+from autonomy.compile import COMPLETE, WARM_UPS, is_new, warm_up
 from autonomy.planning.horizon import STEPS
 from autonomy.planning.kernels import fingerprint, is_number, kept_in
 from autonomy.planning.mpc import guess, risk, sqp
@@ -43,6 +45,42 @@ def test_after_the_warm_up_no_problem_waits_for_the_compiler() -> None:
             solve(Drive(0, people).problem(sides), MpcSettings(), places)
             solve(Drive(0, people).problem(sides), MpcSettings())
     assert ready == [list(entry.signatures) for entry in entries]  # type: ignore[attr-defined]
+
+
+COLD = """
+import gc
+from autonomy.compile import warm_up
+warm_up(lambda text: None)
+from numba.core.registry import CPUDispatcher
+from autonomy.planning.crossings.drive import drive
+from autonomy.planning.crossings.driver import CAR, topology_driver
+from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
+from autonomy.planning.topology import TopologySettings
+
+def kernels():
+    found = [each for each in gc.get_objects() if isinstance(each, CPUDispatcher)]
+    return {f"{each.py_func.__module__}.{each.py_func.__name__}": list(each.signatures) for each in found}
+
+ready = kernels()
+world = world_of(read_crossing(find_crossing("things"))[0], 0)
+verdict, _ = drive(world, CAR, topology_driver(world, TopologySettings()))
+assert verdict.duration_s > 10.0
+print([name for name, signatures in kernels().items() if signatures != ready.get(name)])
+"""
+
+
+def test_after_the_warm_up_no_cycle_of_a_whole_drive_waits_for_a_kernel() -> None:
+    """In a process of its own: in this one other tests have called them."""
+    done = subprocess.run([sys.executable, "-c", COLD], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
+
+
+def test_a_compilation_that_was_broken_off_is_still_new(tmp_path: Path) -> None:
+    (tmp_path / "planner").mkdir()
+    (tmp_path / "planner" / "line.wrapped-59.py311.nbi").touch()
+    assert is_new(tmp_path)
+    (tmp_path / COMPLETE).touch()
+    assert not is_new(tmp_path)
 
 
 def test_a_kernel_tells_numbers_from_what_is_none() -> None:

@@ -282,13 +282,26 @@ def test_the_most_telling_cycle_is_where_most_trajectories_differ(cycle: Cycle) 
         (["--scenario", "things", "--plot", "{}/a.jpg"], "for instance a.png"),
         (["--scenario", "things", "--animate", "{}/a.gif"], "for instance a.mp4"),
         (["--scenario", "things", "--at", "3"], "--plot FILE.png"),
+        (["--scenario", "{}/swapped.toml"], "the smaller one goes first"),
     ],
 )
 def test_what_cannot_be_done_is_told_in_one_line_before_anything_drives(options: list[str], told: str, tmp_path: Path) -> None:
+    swapped = "[crossers]\ncount = 3\nfrom_m = 32.0\nto_m = 10.0\n"
+    (tmp_path / "swapped.toml").write_text('name = "a"\npieces_m = [[60.0, 0.0]]\nhalf_width_m = 3.0\ngoal_m = 40.0\n' + swapped)
     result = CliRunner().invoke(application, ["plan", *(option.format(tmp_path) for option in options)])
     assert result.exit_code == 2
     assert told in result.stderr and result.stderr.count("\n") == 1
     assert result.stdout == ""
+
+
+def test_more_people_in_sight_than_the_planner_takes_are_why_it_had_no_plan(tmp_path: Path) -> None:
+    lines = "".join(f"{frame},{number},{20 + 0.1 * number},9\n" for number in range(65) for frame in (0, 100))
+    (tmp_path / "many.csv").write_text("frame, id, x_m, y_m\n" + lines)
+    keys = 'name = "many"\npieces_m = [[60.0, 0.0]]\nhalf_width_m = 3.0\ngoal_m = 40.0\ntime_limit_s = 1.1\ntracks = "many.csv"\n'
+    (tmp_path / "many.toml").write_text(keys)
+    result = CliRunner().invoke(application, ["plan", "--scenario", str(tmp_path / "many.toml")])
+    assert result.exit_code == 1, result.output
+    assert "without a plan  11 of 11 cycles; more than 64 predictions in 11" in result.stdout
 
 
 def test_a_drive_ends_with_its_picture_and_its_verdict(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Table I's own arithmetic, and that a run is made once."""
 
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ from autonomy.planning.crossings.scenario import find_crossing, read_crossing, w
 from autonomy.training.collect import CROSSINGS
 from benchmarks.crossings.methods import street_as_lane
 from benchmarks.crossings.runs import Run, Runs
-from benchmarks.crossings.table import difference, interval, reported, told
+from benchmarks.crossings.table import RESULT, SEEDS, difference, head, interval, main, reported, told, written_to
+from benchmarks.crossings.tuning import candidates
 from wire.configuration import shipped
 
 
@@ -56,6 +58,38 @@ def test_a_run_is_made_once_and_again_only_for_another_seed(tmp_path: Path) -> N
     assert again[:2] == first
     assert len(made) == 3
     assert all(each.verdict.collided for each in again)
+
+
+def test_a_part_of_the_table_never_stands_where_the_whole_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole = tmp_path / RESULT
+    whole.parent.mkdir(parents=True)
+    whole.write_text("the whole")
+    with chdir(tmp_path):
+        main(["--crossings", "crossers_0", "--seeds", "1"])
+        assert "## crossers_0" in capsys.readouterr().out
+        assert [file for file in tmp_path.rglob("*.md")] == [whole] and whole.read_text() == "the whole"
+        main(["--crossings", "crossers_0", "--seeds", "1", "--out", "part.md"])
+    part = (tmp_path / "part.md").read_text()
+    assert "1 seeds of crossers_0, the same" in part and "every crossing" not in part and "## crossers_0" in part
+
+
+def test_only_every_crossing_with_all_seeds_is_the_whole_table() -> None:
+    assert written_to(SEEDS, reported()) == RESULT
+    assert written_to(SEEDS - 1, reported()) is None
+    assert written_to(SEEDS, reported()[1:]) is None
+    assert "100 seeds of every crossing" in head(100, reported())
+
+
+def test_the_table_says_that_the_tuned_values_lie_at_the_edge_of_what_was_tried() -> None:
+    tried = {name: list(settings) for name, settings in candidates().items()}
+    for name, settings in tried.items():
+        best = "acceleration 3.0, gap 1.2" if name == "braking planner" else "acceleration 4.0, speed 4.0"
+        accelerations, others = ({text.split(", ")[k].split()[1] for text in settings} for k in (0, 1))
+        mine = [each.split()[1] for each in best.split(", ")]
+        assert best in settings  # and each of its two values is the least or the most of its column
+        assert float(mine[0]) in (min(map(float, accelerations)), max(map(float, accelerations)))
+        assert float(mine[1]) in (min(map(float, others)), max(map(float, others)))
+    assert "the edge of what was tried" in head(100, reported())
 
 
 def test_nothing_is_reported_that_was_tuned_or_trained_on() -> None:

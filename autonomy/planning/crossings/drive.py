@@ -15,13 +15,15 @@ import numpy as np
 from autonomy.car_shape import CarShape
 from autonomy.planning.crossings.people import STEP_S as PEOPLE_S
 from autonomy.planning.crossings.people import Outline, People, at_start, gaps_m, step
+from autonomy.planning.crossings.replayed import PEOPLE_MAX
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S, STEPS, CarState, Floats, Predictions
 
 SPREAD_M = 0.3  # per step and axis: sigma_k = 0.3 dt sqrt(k), as the method's authors
 SEEN_M = 40.0
 LAG_S = 0.1  # of acceleration and steering
-TRACK_0, THING_0 = 1000, 10_000  # numbers of recorded people and of things: never those of the crossers
+TRACK_0 = 1000  # numbers of recorded people, then of things: never those of the crossers
+THING_0 = TRACK_0 + PEOPLE_MAX
 
 
 class Seen(NamedTuple):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from autonomy.planning.crossings.scenario import World
+from autonomy.planning.crossings.scenario import World, ride_goal_m
 from autonomy.planning.horizon import Floats
 
 STEP_S = 0.05
@@ -64,9 +64,18 @@ def gaps_m(places_m: Floats, radii_m: Floats, car: Outline) -> Floats:
 
 def _towards(places: Floats, world: World) -> Floats:
     """Unit vectors to the goals; zero for who has arrived."""
-    way = world.goals_m - places
+    way = _goals_m(places, world) - places
     distance = np.linalg.norm(way, axis=1, keepdims=True)
     return np.where(distance > ARRIVED_M, way / np.maximum(distance, 1e-9), 0.0)
+
+
+def _goals_m(places: Floats, world: World) -> Floats:
+    """(n, 2) where everybody is bound for: riders, who come last, along the street."""
+    riders = world.crossing.riders
+    if not riders:
+        return world.goals_m
+    rides = [ride_goal_m(world.road, rider, *place) for rider, place in zip(riders, places[-len(riders) :].tolist(), strict=True)]
+    return np.concatenate((world.goals_m[: -len(riders)], np.array(rides)))
 
 
 def _from_each_other(places: Floats, velocities: Floats, world: World) -> Floats:

@@ -1,10 +1,11 @@
 """Recorded people from a CSV that a user supplies: frame, id, x_m, y_m, one line each, any order. Pure but for the reading.
 
 They walk as they walked, whatever the car does. Between two frames the place is linear; before its first and after its last
-frame a person is not there.
+frame a person is not there. Whatever their ids are in the file, they are numbered in the order of those, from 0 on.
 """
 
 import csv
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -15,11 +16,12 @@ from autonomy.planning.horizon import Floats
 from wire.configuration import ConfigurationError
 
 COLUMNS = ("frame", "id", "x_m", "y_m")
+PEOPLE_MAX = 9000  # drive.py numbers them before things
 
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    number: int
+    number: int  # the file's id
     times_s: Floats  # (k,) growing, k >= 2
     places_m: Floats  # (k, 2)
 
@@ -29,11 +31,11 @@ class Tracks:
     people: tuple[Track, ...]
 
     def at(self, time_s: float) -> tuple[tuple[int, ...], Floats, Floats]:
-        """Who is there: numbers, places (n, 2), velocities (n, 2)."""
-        there = [track for track in self.people if track.times_s[0] <= time_s <= track.times_s[-1]]
-        seen = [_moment(track, time_s) for track in there]
+        """Who is there: which of `people`, places (n, 2), velocities (n, 2)."""
+        there = [k for k, track in enumerate(self.people) if track.times_s[0] <= time_s <= track.times_s[-1]]
+        seen = [_moment(self.people[k], time_s) for k in there]
         places, velocities = (np.array([each[k] for each in seen], float).reshape(-1, 2) for k in (0, 1))
-        return tuple(track.number for track in there), places, velocities
+        return tuple(there), places, velocities
 
 
 def _moment(track: Track, time_s: float) -> tuple[Floats, Floats]:
@@ -45,30 +47,57 @@ def _moment(track: Track, time_s: float) -> tuple[Floats, Floats]:
 def read_tracks(path: Path, frames_hz: float) -> Tracks:
     """Raises ConfigurationError that names the line and the fix. Somebody seen in one frame only is left out."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            first, *lines = list(csv.reader(file)) or [[]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ConfigurationError(f"{path}: cannot be read: {error}; name a CSV with the columns {', '.join(COLUMNS)}") from None
-    if not rows or not set(COLUMNS) <= set(rows[0]):
-        raise ConfigurationError(f"{path}: its first line must name the columns {', '.join(COLUMNS)}, and people follow")
-    seen: dict[int, dict[float, tuple[float, float]]] = {}
-    for line, row in enumerate(rows, 2):
-        frame, number, x, y = _numbers(path, line, row)
-        seen.setdefault(int(number), {})[frame / frames_hz] = (x, y)
+    seen: dict[int, dict[float, Place]] = {}
+    for line, (frame, number, place) in _rows(path, [name.strip() for name in first], lines):
+        if seen.setdefault(number, {}).setdefault(frame / frames_hz, place) != place:
+            raise ConfigurationError(f"{path}: line {line}: id {number} is in two places in frame {frame:g}; leave one out")
+    there = sorted(number for number, moments in seen.items() if len(moments) > 1)
+    if not 0 < len(there) <= PEOPLE_MAX:
+        raise ConfigurationError(f"{path}: {len(there)} people in two frames and more; from 1 to {PEOPLE_MAX} can be replayed")
     first_s = min(min(moments) for moments in seen.values())
-    return Tracks(tuple(_track(number, moments, first_s) for number, moments in sorted(seen.items()) if len(moments) > 1))
+    return Tracks(tuple(_track(number, seen[number], first_s) for number in there))
 
 
-def _numbers(path: Path, line: int, row: dict[str, str]) -> list[float]:
+Place = tuple[float, float]  # x_m, y_m
+
+
+def _rows(path: Path, names: list[str], lines: list[list[str]]) -> Iterator[tuple[int, tuple[float, int, Place]]]:
+    """Number of the line, and what it says: frame, id, place. Empty ones are left out."""
+    if not set(COLUMNS) <= set(names):
+        told = ",".join(names)[:60]
+        raise ConfigurationError(f"{path}: its first line is {told!r}; it must name {', '.join(COLUMNS)}, with commas between them")
+    columns = [names.index(name) for name in COLUMNS]
+    for line, values in enumerate(lines, 2):
+        if values:
+            yield line, _row(path, line, [values[column] if column < len(values) else "" for column in columns])
+
+
+def _row(path: Path, line: int, values: list[str]) -> tuple[float, int, Place]:
     try:
-        values = [float(row[name]) for name in COLUMNS]
-    except (TypeError, ValueError):
-        values = [float("nan")]
-    if not all(map(isfinite, values)):
-        raise ConfigurationError(f"{path}: line {line}: {', '.join(COLUMNS)} must be numbers")
-    return values
+        frame, x, y = (float(values[k]) for k in (0, 2, 3))
+        number = _whole(values[1])
+    except ValueError:
+        frame, number, x, y = float("nan"), 0, 0.0, 0.0
+    if not all(map(isfinite, (frame, x, y))):
+        raise ConfigurationError(f"{path}: line {line}: {', '.join(COLUMNS)} must be numbers, id a whole one")
+    return frame, number, (x, y)
 
 
-def _track(number: int, moments: dict[float, tuple[float, float]], first_s: float) -> Track:
+def _whole(text: str) -> int:
+    """Also of 12.0, as some exports write it. Raises ValueError for what is no whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        value = float(text)
+        if not value.is_integer():
+            raise
+        return int(value)
+
+
+def _track(number: int, moments: dict[float, Place], first_s: float) -> Track:
     times = sorted(moments)
     return Track(number, np.array(times) - first_s, np.array([moments[time] for time in times]))

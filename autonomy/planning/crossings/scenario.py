@@ -4,6 +4,7 @@ Everything that is drawn by chance is drawn from the seed alone, before the car 
 same people, who then react to what the car does (people.py). Stations and offsets are those of wire.road.Road.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from autonomy.planning.crossings.replayed import Tracks, read_tracks
+from autonomy.planning.crossings.street import laps
 from autonomy.planning.horizon import Floats
 from wire.configuration import ConfigurationError, read_toml, shipped
 from wire.messages.automation import RoadMap, RoadSegment
@@ -36,12 +38,15 @@ class Crossers(Message):
     speed_m_s: tuple[WalkingSpeed, WalkingSpeed] = (1.14, 1.66)  # reference, motion-planner.md: the paper's speeds
     meets_s: Annotated[float, Meta(ge=0.0, le=20.0)] | None = None  # then each starts where it reaches the line within so many
     # seconds of a car that drives at its wanted speed from the start; None: outside_m, and many have crossed when the car comes
+    early_s: Annotated[float, Meta(ge=0.0, le=20.0)] = 0.0  # with meets_s: so much before the rear axle would be there
+    beyond_walls_m: tuple[Metres, Metres] | None = None  # with meets_s: each comes past the far end of one of the occluders, on
+    # its side and so far beyond it, instead of anywhere between from_m and to_m
     slant_rad: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.2  # deviation of their way from straight across
     reacts: bool = True  # to each other and to the car; else they walk on whatever comes
 
 
 class Rider(Message):
-    """A cyclist along the road; against the car when the speed is negative."""
+    """A cyclist who follows the street at this offset, whatever comes; against the car when the speed is negative."""
 
     station_m: Metres
     offset_m: Offset
@@ -66,7 +71,7 @@ class Occluder(Message):
 
 class Crossing(Message):
     name: Name
-    pieces_m: tuple[tuple[Piece, Curvature], ...]  # of the road, one after the other
+    pieces_m: Annotated[tuple[tuple[Piece, Curvature], ...], Meta(max_length=100)]  # of the road, one after the other
     half_width_m: Annotated[float, Meta(ge=2.0, le=6.0)]  # from the line to either edge
     goal_m: Metres
     speed_m_s: Annotated[float, Meta(gt=0.1, le=15.0)] = 2.0  # wanted
@@ -87,7 +92,7 @@ class World:
     crossing: Crossing
     road: Road
     positions_m: Floats  # (n, 2)
-    goals_m: Floats  # (n, 2)
+    goals_m: Floats  # (n, 2); of riders only the first: people.py moves it on along the street
     speeds_m_s: Floats  # (n,) each one's own
     radii_m: Floats  # (n,)
     reacts: NDArray[np.bool_]  # (n,)
@@ -98,7 +103,9 @@ class World:
 
 PERSON_RADIUS_M, RIDER_RADIUS_M = 0.3, 0.6
 BEYOND_M = 6.0  # people walk on so far beside the road
-RIDE_M = 400.0
+LOOKED_ON_M = 60.0  # beyond the goal: no planner's horizon is longer
+RIDE_AHEAD_S = 1.0  # a rider aims so far ahead: with twice the time that people.py lets a velocity take, a bend carries nobody off
+RIDE_AHEAD_M = 1.0  # at least
 
 
 def find_crossing(name: str) -> Path:
@@ -106,20 +113,43 @@ def find_crossing(name: str) -> Path:
     for place in (Path(name), shipped("crossings", name), shipped("crossings", f"{name}.toml")):
         if place.is_file():
             return place.resolve()
-    known = ", ".join(sorted(path.stem for path in shipped("crossings").glob("*.toml")))
+    folder = shipped("crossings")
+    known = ", ".join(sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.toml")))
     raise ConfigurationError(f"crossing {name!r}: no such file; shipped crossings: {known}")
 
 
 def read_crossing(path: Path) -> tuple[Crossing, Tracks | None]:
     """A crossing file and its recorded people. Raises ConfigurationError that names file, key and fix."""
     crossing = read_toml(path, Crossing)
-    length = sum(piece for piece, _ in crossing.pieces_m)
-    if not 0.0 < crossing.goal_m <= length:
-        raise ConfigurationError(f"{path}: goal_m = {crossing.goal_m:g} lies beyond the road, which is {length:g} m long")
+    for flaw in _flaws(crossing):
+        raise ConfigurationError(f"{path}: {flaw}")
     if not crossing.tracks:
         return crossing, None
     beside = path.parent / crossing.tracks
     return crossing, read_tracks(beside if beside.is_file() else Path(crossing.tracks), crossing.tracks_hz)
+
+
+def _flaws(crossing: Crossing) -> Iterator[str]:
+    """What no key alone can say, each with its fix."""
+    wanted = crossing.crossers
+    ranges = {
+        "from_m, to_m": (wanted.from_m, wanted.to_m),
+        "outside_m": wanted.outside_m,
+        "speed_m_s": wanted.speed_m_s,
+        "beyond_walls_m": wanted.beyond_walls_m or (0.0, 0.0),
+    }
+    for name, (low, high) in ranges.items():
+        if low > high:
+            yield f"crossers.{name}: from {low:g} to {high:g}; the smaller one goes first"
+    if wanted.beyond_walls_m is not None and (wanted.meets_s is None or not crossing.occluders):
+        yield "crossers.beyond_walls_m: wants crossers.meets_s and a wall; add them: meets_s = 1.0, [[occluders]]"
+    length = sum(piece for piece, _ in crossing.pieces_m)
+    if not 0.0 < crossing.goal_m <= length:
+        yield f"goal_m = {crossing.goal_m:g} lies beyond the road, which is {length:g} m long"
+        return
+    lap = laps(Road(_map_of(crossing)), crossing.half_width_m, min(length, crossing.goal_m + LOOKED_ON_M))
+    if lap is not None:
+        yield f"pieces_m: the street lies on itself at {lap[0]:g} and {lap[1]:g} m; let it turn by less than a full turn"
 
 
 def world_of(crossing: Crossing, seed: int, tracks: Tracks | None = None) -> World:
@@ -127,8 +157,7 @@ def world_of(crossing: Crossing, seed: int, tracks: Tracks | None = None) -> Wor
     road, random = Road(_map_of(crossing)), np.random.default_rng(seed)
     starts, goals, speeds = _crossers(crossing, road, random)
     riders = [road.to_world(rider.station_m, rider.offset_m)[:2] for rider in crossing.riders]
-    rides = [RIDE_M if rider.speed_m_s > 0 else -RIDE_M for rider in crossing.riders]
-    ends = [road.to_world(rider.station_m + ride, rider.offset_m)[:2] for rider, ride in zip(crossing.riders, rides, strict=True)]
+    ends = [ride_goal_m(road, rider, *start) for rider, start in zip(crossing.riders, riders, strict=True)]
     crossing_count = len(starts)
     return World(
         crossing=crossing,
@@ -142,6 +171,13 @@ def world_of(crossing: Crossing, seed: int, tracks: Tracks | None = None) -> Wor
         thing_radii_m=np.array([thing.radius_m for thing in crossing.things], float),
         tracks=tracks,
     )
+
+
+def ride_goal_m(road: Road, rider: Rider, x_m: float, y_m: float) -> tuple[float, float]:
+    """Where a rider who is there is bound for: a little ahead on his own line along the street, also beyond its ends."""
+    ahead = max(RIDE_AHEAD_S * abs(rider.speed_m_s), RIDE_AHEAD_M)
+    station = road.to_road(x_m, y_m).station_m
+    return road.to_world(station + (ahead if rider.speed_m_s > 0 else -ahead), rider.offset_m)[:2]
 
 
 def _map_of(crossing: Crossing) -> RoadMap:
@@ -163,7 +199,7 @@ def _crossers(
     crossing: Crossing, road: Road, random: np.random.Generator
 ) -> tuple[list[tuple[float, float]], list[tuple[float, float]], list[float]]:
     wanted = crossing.crossers
-    make = _beside if wanted.meets_s is None else _meeting
+    make = _beside if wanted.meets_s is None else _meeting if wanted.beyond_walls_m is None else _stepping_out
     made = [make(crossing, road, random) for _ in range(wanted.count)]
     return [start for start, _, _ in made], [goal for _, goal, _ in made], [speed for _, _, speed in made]
 
@@ -186,8 +222,21 @@ def _meeting(crossing: Crossing, road: Road, random: np.random.Generator) -> Cro
     """Straight through a place on the line, there when the car would be."""
     wanted = crossing.crossers
     station, side = random.uniform(wanted.from_m, wanted.to_m), random.choice((-1.0, 1.0))
+    return _through(crossing, road, random, station, side)
+
+
+def _stepping_out(crossing: Crossing, road: Road, random: np.random.Generator) -> Crosser:
+    """The same past the far end of a wall: hidden until the car has nearly come to that end."""
+    wall = crossing.occluders[random.integers(len(crossing.occluders))]
+    station = wall.station_m + wall.length_m / 2 + random.uniform(*(crossing.crossers.beyond_walls_m or (0.0, 0.0)))
+    return _through(crossing, road, random, station, -float(np.sign(wall.offset_m)))
+
+
+def _through(crossing: Crossing, road: Road, random: np.random.Generator, station: float, side: float) -> Crosser:
+    """From the right with side 1, from the left with -1."""
+    wanted = crossing.crossers
     walking = random.uniform(*wanted.speed_m_s)
-    after_s = station / crossing.speed_m_s + random.uniform(-1.0, 1.0) * (wanted.meets_s or 0.0)
+    after_s = station / crossing.speed_m_s + random.uniform(-1.0, 1.0) * (wanted.meets_s or 0.0) - wanted.early_s
     x, y, heading = road.to_world(station)
     way = heading + side * np.pi / 2 + np.clip(random.normal(0.0, wanted.slant_rad), -1.0, 1.0)
     from_m = max(walking * after_s, crossing.half_width_m + 0.5)  # nobody starts on the road
