@@ -252,7 +252,7 @@ PLAIN = 'name="a"\npieces_m=[[50.0,0.0]]\nhalf_width_m=3.0\ngoal_m=40.0\n'
         (PLAIN + "[crossers]\ncount=3\noutside_m=[6.0,1.0]\n", "crossers.outside_m: from 6 to 1"),
         (PLAIN + "[crossers]\ncount=3\nspeed_m_s=[2.0,1.0]\n", "crossers.speed_m_s: from 2 to 1"),
         (PLAIN + "[crossers]\ncount=3\nmeets_s=1.0\nbeyond_walls_m=[0.5,1.0]\n", "add them: meets_s = 1.0, "),
-        (PLAIN.replace("[50.0,0.0]", "[140.0,0.05]"), "the street lies on itself at 0 and 12"),
+        (PLAIN.replace("40.0", "135.0").replace("[50.0,0.0]", "[140.0,0.05]"), "the street lies on itself at 0 and 12"),
         (PLAIN.replace("[50.0,0.0]", "[70.0,-0.05],[70.0,-0.05]").replace("40.0", "130.0"), "the street lies on itself"),
     ],
 )

@@ -67,7 +67,7 @@ def test_a_part_of_the_table_never_stands_where_the_whole_is_read(tmp_path: Path
     with chdir(tmp_path):
         main(["--crossings", "crossers_0", "--seeds", "1"])
         assert "## crossers_0" in capsys.readouterr().out
-        assert [file for file in tmp_path.rglob("*.md")] == [whole] and whole.read_text() == "the whole"
+        assert list(tmp_path.rglob("*.md")) == [whole] and whole.read_text() == "the whole"
         main(["--crossings", "crossers_0", "--seeds", "1", "--out", "part.md"])
     part = (tmp_path / "part.md").read_text()
     assert "1 seeds of crossers_0, the same" in part and "every crossing" not in part and "## crossers_0" in part
