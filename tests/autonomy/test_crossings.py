@@ -167,6 +167,13 @@ def test_people_step_out_from_behind_a_wall_near_the_car_and_yet_not_too_near_fo
     assert np.median(before_m) < 6.0 and max(before_m) < 9.5
 
 
+def test_who_comes_from_behind_a_wall_starts_on_its_side() -> None:
+    plain, _ = read_crossing(find_crossing("occluded_4"))
+    for wall in plain.occluders:
+        offsets = world_of(changed(plain, occluders=(wall,)), 0).positions_m[:, 1]  # a straight street
+        assert (np.sign(offsets) == np.sign(wall.offset_m)).all()
+
+
 def test_whoever_steps_out_would_be_hit_by_a_car_that_drives_on() -> None:
     for seed in range(10):
         world = crossing("occluded_4", seed)
@@ -262,9 +269,9 @@ def test_a_crossing_that_nobody_could_walk_or_drive_is_told_with_the_fix(tmp_pat
 
 
 def test_a_street_may_cross_itself_and_turn_back(tmp_path: Path) -> None:
-    eight = PLAIN.replace("[50.0,0.0]", "[20.0,0.0],[94.2,0.05],[94.2,-0.05],[20.0,0.0]").replace("40.0", "220.0")
+    loop = PLAIN.replace("[50.0,0.0]", "[41.0,0.0],[94.2,0.05],[60.0,0.0]").replace("40.0", "180.0")  # at right angles
     back = PLAIN.replace("[50.0,0.0]", "[30.0,0.0],[31.4,0.1],[30.0,0.0]").replace("40.0", "85.0")
-    for text in (eight, back):
+    for text in (loop, back):
         assert read_crossing(write(tmp_path / "a.toml", text))[0].goal_m > 80.0
 
 
