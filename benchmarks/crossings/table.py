@@ -48,7 +48,8 @@ which is not public: another street, 25 runs.
 Tuned with the same effort, nine settings each, on a street and on seeds that are not reported
 (`python -m benchmarks.crossings.tuning`): {tuning}.
 `crossers_*` were fixed before any planner had driven; `meeting_*` were added when those had shown that most people
-have crossed before the car comes, and before any planner was tuned.
+have crossed before the car comes, and before any planner was tuned. `cyclist` and `occluded_4` were made anew, by geometry
+alone, after planners had driven and been tuned: in the old ones riders left the bends and nobody stepped out near the car.
 """
 
 
