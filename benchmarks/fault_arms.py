@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from benchmarks.warm_rig import WarmRig
+from wire.messages.vehicle import Mode
 
 
 class Fate(StrEnum):
@@ -30,10 +31,19 @@ def always() -> bool:
     return True
 
 
+class Finding(NamedTuple):
+    """What was looked at besides the car's way."""
+
+    holds: bool = True
+    text: str = ""
+
+
 class Armed(NamedTuple):
     hurt: Hurt  # begins it, and gives what ends it
     is_due: Callable[[], bool] = always  # the instant is here
     patience_s: float = 40.0  # until it is, and the operator drives
+    mode: Mode = Mode.REMOTE  # who drives then
+    found: Callable[[], Finding] = Finding  # asked when the car stands, or the kind's time is over
 
 
 Arm = Callable[[WarmRig], AbstractContextManager[Armed]]  # what has to be there beforehand; leaving it ends it

@@ -59,7 +59,7 @@ class NoticedByMetres:
 _GATEWAY: VehicleGatewaySettings = read_sections(shipped("simulated.toml"), {"vehicle_gateway": VehicleGatewaySettings})[
     "vehicle_gateway"
 ]
-_FAILSAFE, _STOP, _ECU = _GATEWAY.limits.failsafe, _GATEWAY.limits.safe_stop, _GATEWAY.simulation.ecu
+FAILSAFE, _STOP, _ECU = _GATEWAY.limits.failsafe, _GATEWAY.limits.safe_stop, _GATEWAY.simulation.ecu
 
 
 def after(notice_ms: float) -> Braking:
@@ -71,15 +71,15 @@ _SILENT_GATEWAY = Braking(_ECU.command_timeout_ms / 1e3, _ECU.braking_m_s2, _ECU
 _SILENT_ECU = Braking(
     _GATEWAY.simulation.demand_timeout_ms / 1e3, _GATEWAY.simulation.actuators.self_closing_m_s2, BRAKE_CLOSING_M_S3
 )
-_NO_PICTURE = after(_FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3)
+_NO_PICTURE = after(FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3)
 
 COMMIT_MS = _GATEWAY.limits.hand_over.commit_ms  # a grant commits within this, or never
-STILL_PICTURE = NoticedByMetres(STILL_M, STILL_NS / 1e9, after(LOOK_NS / 1e6 + _FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3))
+STILL_PICTURE = NoticedByMetres(STILL_M, STILL_NS / 1e9, after(LOOK_NS / 1e6 + FAILSAFE.picture_lost_ms + PICTURE_AGE_S * 1e3))
 
 _ALWAYS = {"gateway": _SILENT_GATEWAY, "ecu": _SILENT_ECU}
 _DEPENDS: dict[Source, dict[str, Braking]] = {
-    Source.AUTONOMY: {"autonomy": after(_FAILSAFE.autonomy_lost_ms)},
-    Source.OPERATOR: {"cockpit": after(_FAILSAFE.command_lost_ms), "window": _NO_PICTURE, "video": _NO_PICTURE},
+    Source.AUTONOMY: {"autonomy": after(FAILSAFE.autonomy_lost_ms)},
+    Source.OPERATOR: {"cockpit": after(FAILSAFE.command_lost_ms), "window": _NO_PICTURE, "video": _NO_PICTURE},
 }
 
 

@@ -4,41 +4,103 @@ import signal
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
-from benchmarks.fault_arms import Arm, Armed, End, nothing
-from benchmarks.intruder import READY
+import msgspec
+
+from benchmarks.fault_arms import Arm, Armed, End, Finding, nothing
+from benchmarks.fault_commands import Used
+from benchmarks.intruder import READY, Followed
+from benchmarks.two_machines import Listener
 from benchmarks.warm_rig import WarmRig, run_in, wait_for_line
 
 READY_S = 30.0  # his program on a busy machine
+HEARD_S = 10.0  # until the cycles are
+SIGNATURE = "command signature"  # why the car drops a command without the lease's key
+COUNTER = 'reason="can counter"'  # in the log of an ECU that refused a frame
+
+
+@dataclass(slots=True)
+class Loose:
+    """An intruder that is ready."""
+
+    process: "subprocess.Popen[bytes]"
+
+    def begin(self) -> None:
+        self.process.send_signal(signal.SIGUSR1)
+
+    def end(self) -> bytes:
+        """What he has to say in the end; b"" when he was ended before."""
+        self.process.terminate()
+        try:
+            said, _ = self.process.communicate(timeout=10.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            said, _ = self.process.communicate()
+        return said
+
+
+def loosed(loose: Loose, found: Callable[[], Finding] = Finding) -> Armed:
+    def hurt(rig: WarmRig) -> End:
+        loose.begin()
+        return nothing
+
+    return Armed(hurt, found=found)
 
 
 def intruder(what: str, at_tower: bool) -> Arm:
     @contextmanager
     def arm(rig: WarmRig) -> Iterator[Armed]:
-        with intruding(rig, what, at_tower) as begin:
-
-            def hurt(rig: WarmRig) -> End:
-                begin()
-                return nothing
-
-            yield Armed(hurt)
+        with intruding(rig, what, at_tower) as loose:
+            yield loosed(loose)
 
     return arm
 
 
 @contextmanager
-def intruding(rig: WarmRig, what: str, at_tower: bool) -> Iterator[Callable[[], None]]:
-    """Ready; the call lets him loose."""
+def forger(rig: WarmRig) -> Iterator[Armed]:
+    """Commands without the lease's key: many came, and no cycle used one."""
+    used, before = Used(), _refused(rig)
+    with intruding(rig, "forged", at_tower=True) as loose, Listener(rig.sites.car, "gateway_cycle", tell=used.take):
+        rig.wait_until("the cycles are heard", lambda: used.cycles, HEARD_S)
+
+        def found() -> Finding:
+            refused = _refused(rig) - before
+            text = f"{refused} forged commands refused, {used.forged} of {len(used.uses)} used were forged"
+            return Finding(refused > 0 and used.forged == 0 and len(used.uses) > 0, text)
+
+        yield loosed(loose, found)
+
+
+def _refused(rig: WarmRig) -> int:
+    return int((rig.car.newest.get("gateway_status") or {"dropped": {}})["dropped"].get(SIGNATURE, 0))
+
+
+@contextmanager
+def wrong_counters(rig: WarmRig) -> Iterator[Armed]:
+    """Frames that ask for something else with a right checksum: the ECU says that it refused them, and no demand was theirs."""
+    with intruding(rig, "frames", at_tower=False) as loose:
+        log = rig.sites.car.running["ecu"]
+        before = log.said().count(COUNTER)
+
+        def found() -> Finding:
+            told = msgspec.json.decode(loose.end(), type=Followed)
+            refused = log.said().count(COUNTER) > before
+            said = f"{told.sent} frames sent, {told.followed} of {told.demands} demands were theirs"
+            text = said if refused else f"{said}, not refused"
+            return Finding(refused and told.sent > 0 and told.demands > 0 and told.followed == 0, text)
+
+        yield loosed(loose, found)
+
+
+@contextmanager
+def intruding(rig: WarmRig, what: str, at_tower: bool) -> Iterator[Loose]:
+    """Ready; `begin` lets him loose."""
     site = rig.sites.tower if at_tower else rig.sites.car
     elsewhere = 19 if at_tower else 0  # from a computer of its own he would take no time from the car's
-    process = run_in(site, "benchmarks.intruder", what, str(site.config), niceness=elsewhere)
+    loose = Loose(run_in(site, "benchmarks.intruder", what, str(site.config), niceness=elsewhere))
     try:
-        wait_for_line(process, READY, READY_S)
-        yield lambda: process.send_signal(signal.SIGUSR1)
+        wait_for_line(loose.process, READY, READY_S)
+        yield loose
     finally:
-        process.terminate()
-        try:
-            process.wait(10.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        loose.end()

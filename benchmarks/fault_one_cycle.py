@@ -109,10 +109,10 @@ def _taken(rig: WarmRig, beside: Beside) -> Taken:
         raise RigError("worn before both fell into one cycle")
     automation_drives(rig)
     cycles: list[Heard] = []
-    listener = Listener(rig.sites.car, "gateway_cycle", tell=lambda _, cycle: cycles.append(heard(cycle)))
-    with listener, intruding(rig, beside.intruder, beside.at_tower) as begin:
+    listener = Listener(rig.sites.car, "gateway_cycle", tell=lambda _, cycle, __: cycles.append(heard(cycle)))
+    with listener, intruding(rig, beside.intruder, beside.at_tower) as loose:
         rig.wait_until("the cycles are heard", lambda: cycles, HEARD_S)
-        begin()
+        loose.begin()
         rig.start("cockpit")
         if beside.at_tower:
             _bunch_until_taken(rig)

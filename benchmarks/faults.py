@@ -14,14 +14,16 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
 from msgspec.structs import replace
 from rich.console import Console
 
-from benchmarks.fault_arms import Fate
+from benchmarks.fault_arms import Fate, Finding
 from benchmarks.fault_bounds import COMMIT_MS, FORMULA, after
+from benchmarks.fault_commands import Gaps
 from benchmarks.fault_hand_overs import Exchange
 from benchmarks.fault_kinds import KINDS, Kind
 from benchmarks.fault_rows import Shot, load, save
@@ -29,7 +31,7 @@ from benchmarks.fault_table import present_commit
 from benchmarks.mode_faults import recording_is_whole
 from benchmarks.rig import RigError
 from benchmarks.two_machines import missing
-from benchmarks.warm_rig import DISK, STANDSTILL_M_S, WarmRig, pause, said, warm_rig
+from benchmarks.warm_rig import DISK, FAST, STANDSTILL_M_S, WARM, Ride, WarmRig, pause, said, warm_rig
 from tower.demo.aftermath import make_whole
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
@@ -49,6 +51,7 @@ class Seen(NamedTuple):
 
     reaction_s: float | None  # until the car braked: the gateway's word, or, when it has none, the referee's; +-0.02 s or +-0.1 s
     began: Referee | None  # where the safe stop, or the fault, began
+    gaps: Gaps  # in what the car got of its operator's commands, from the fault until the stop began or the kind's time was over
     stood: Referee | None
     frozen: bool  # FROZEN stood over the operator's picture
     for_its_reason: bool  # the log of who noticed says so, where the kind names one
@@ -74,15 +77,16 @@ def struck(rig: WarmRig, kind: Kind, number: int) -> Shot:
     """Wait for the instant, hurt, and watch."""
     with kind.arm(rig) as armed:
         pause(rig, random.Random(f"{kind.name}{number}").uniform(0.0, 2.0))
-        rig.wait_until("the operator drives, and the instant is here", lambda: armed.is_due() and rig.drives(), armed.patience_s)
+        is_due = lambda: armed.is_due() and rig.drives(rig.ride.speed_min_m_s, armed.mode)  # noqa: E731
+        rig.wait_until(f"{armed.mode} at speed, and the instant is here", is_due, armed.patience_s + rig.ride.gets_there_s)
         before = rig.referee()[-1]
         bound_m = kind.braking.bound_m(before.speed_m_s) if kind.fate is Fate.STANDS and kind.braking else None
         print(f"       {kind.name:18s} {number}  v {before.speed_m_s:4.1f} m/s, expected: {expected(kind, bound_m)}", flush=True)
-        struck_s = time.monotonic()
+        struck_ns = time.monotonic_ns()
         end = armed.hurt(rig)
         try:
-            seen = watch(rig, kind, before, struck_s)
-            return judged(rig, kind, before, bound_m, seen)
+            seen = watch(rig, kind, before, struck_ns)
+            return with_finding(judged(rig, kind, before, bound_m, seen), armed.found())
         finally:
             end()
             rig.heal()
@@ -92,8 +96,9 @@ def expected(kind: Kind, bound_m: float | None) -> str:
     return f"stands within {bound_m:.2f} m" if bound_m is not None else str(kind.fate)
 
 
-def watch(rig: WarmRig, kind: Kind, before: Referee, struck_s: float) -> Seen:
+def watch(rig: WarmRig, kind: Kind, before: Referee, struck_ns: int) -> Seen:
     """Look until the car stands, or the kind's time is over and it does not stop."""
+    stopped_ns: list[int] = []
     found: dict[str, object] = {"reaction_s": None, "began": before if kind.fate is Fate.STANDS else None, "frozen": False}
 
     def stood() -> Referee | None:
@@ -101,11 +106,13 @@ def watch(rig: WarmRig, kind: Kind, before: Referee, struck_s: float) -> Seen:
         return next((each for each in later if abs(each.speed_m_s) < STANDSTILL_M_S), None)
 
     def over() -> bool:
-        now_s, referee = time.monotonic() - struck_s, rig.referee()[-1]
+        now_s, referee, status = (time.monotonic_ns() - struck_ns) / 1e9, rig.referee()[-1], rig.car.newest["gateway_status"]
         found["frozen"] = found["frozen"] or bool((rig.tower.newest.get("window_status") or {}).get("frozen"))
         if found["reaction_s"] is None and brakes(rig, referee, before):
             found["reaction_s"] = now_s
-        if found["began"] is None and rig.car.mode in STOPPING:
+        if status["mode"] in STOPPING and not stopped_ns:
+            stopped_ns.append(status["mode_since_ns"])  # the car's clock is this machine's monotonic one
+        if found["began"] is None and stopped_ns:
             found["began"] = referee
         stops = kind.fate is Fate.STANDS or found["began"] is not None
         return stood() is not None if stops else now_s > kind.lasts_s
@@ -114,7 +121,8 @@ def watch(rig: WarmRig, kind: Kind, before: Referee, struck_s: float) -> Seen:
     with suppress(RigError):  # it does not stand: that is the answer
         rig.wait_until("it stands, or goes on", over, STAND_S + kind.lasts_s)
     for_its_reason = kind.because is None or reasons(rig, kind) > before_it
-    return Seen(stood=stood(), for_its_reason=for_its_reason, **found)  # type: ignore[arg-type]
+    gaps = rig.commands.gaps(struck_ns, stopped_ns[0] if stopped_ns else time.monotonic_ns())
+    return Seen(stood=stood(), for_its_reason=for_its_reason, gaps=gaps, **found)  # type: ignore[arg-type]
 
 
 def reasons(rig: WarmRig, kind: Kind) -> int:
@@ -137,21 +145,61 @@ def judged(rig: WarmRig, kind: Kind, before: Referee, bound_m: float | None, see
     crashed = last.collisions > before.collisions
     shot = Shot(kind=kind.name, speed_m_s=before.speed_m_s, reaction_s=seen.reaction_s, saw=said(rig), frozen=seen.frozen)
     if seen.began is None or (kind.fate is not Fate.STANDS and seen.stood is None):
-        moved_m = last.distance_m - before.distance_m
-        held = kind.fate is not Fate.STANDS and seen.began is None and moved_m > MOVED_M and not crashed
-        return replace(shot, held=held, text=f"the drive went on, {moved_m:.1f} m" if held else "it neither stood nor went on")
+        return went_on(shot, kind, last.distance_m - before.distance_m, crashed, seen)
     if seen.stood is None:
         return replace(shot, bound_m=bound_m, text=f"does not stand, {last.speed_m_s:.1f} m/s")
-    stood_m = seen.stood.distance_m - seen.began.distance_m
-    limit_m = bound_m if bound_m is not None else after(0.0).bound_m(seen.began.speed_m_s)
-    held = kind.fate is not Fate.GOES_ON and stood_m <= limit_m and not crashed and seen.for_its_reason
-    text = "stood" + (", collided" if crashed else "") + ("" if seen.for_its_reason else f", but for another reason: {shot.saw}")
-    return replace(shot, held=held, stood_m=stood_m, bound_m=limit_m, text=text)
+    return stood_still(shot, kind, ways(kind, before, bound_m, seen), crashed, seen)
+
+
+def went_on(shot: Shot, kind: Kind, moved_m: float, crashed: bool, seen: Seen) -> Shot:
+    if kind.fate is Fate.STANDS or seen.began is not None or moved_m <= MOVED_M or crashed:
+        return replace(shot, text="it neither stood nor went on")
+    had_to = kind.fate is Fate.SAFE and seen.gaps.must_stop
+    text = f"the drive went on, {moved_m:.1f} m" + (f", beyond its limits: {in_words(seen.gaps)}" if had_to else "")
+    return replace(shot, held=not had_to, text=text)
+
+
+def ways(kind: Kind, before: Referee, bound_m: float | None, seen: Seen) -> list[tuple[float, float]]:
+    """(driven until it stood, bound) in metres, of all that have to hold: from the fault, from where the stop began."""
+    assert seen.stood is not None  # for the type checker
+    assert seen.began is not None
+    if bound_m is not None:
+        return [(seen.stood.distance_m - before.distance_m, bound_m)]
+    stop = (seen.stood.distance_m - seen.began.distance_m, after(0.0).bound_m(seen.began.speed_m_s))
+    from_fault = (seen.stood.distance_m - before.distance_m, kind.braking.bound_m(before.speed_m_s) if kind.braking else inf)
+    return [stop, from_fault]
+
+
+def stood_still(shot: Shot, kind: Kind, driven: list[tuple[float, float]], crashed: bool, seen: Seen) -> Shot:
+    """Inside every bound, of which the narrowest is told; and not without a reason where the limits say whether it has to."""
+    stood_m, limit_m = max(driven, key=lambda each: each[0] / each[1])
+    groundless = kind.fate is Fate.SAFE and not seen.gaps.may_stop
+    but = {
+        ", collided": crashed,
+        f", but for another reason: {shot.saw}": not seen.for_its_reason,
+        f", without a reason: {in_words(seen.gaps)}, {shot.saw}": groundless,
+    }
+    held = kind.fate is not Fate.GOES_ON and stood_m <= limit_m and not any(but.values())
+    return replace(shot, held=held, stood_m=stood_m, bound_m=limit_m, text="stood" + "".join(text for text in but if but[text]))
+
+
+def in_words(gaps: Gaps) -> str:
+    return (
+        f"{gaps.command_ms:.0f} ms without a command, {gaps.picture_ms:.0f} without a new picture, {gaps.oldest_ms:.0f} the oldest"
+    )
+
+
+def with_finding(shot: Shot, finding: Finding) -> Shot:
+    return replace(shot, held=shot.held and finding.holds, text="; ".join(filter(None, (shot.text, finding.text))))
+
+
+def ride_of(kind: Kind | Exchange) -> Ride:
+    return kind.ride if isinstance(kind, Kind) else WARM
 
 
 @contextmanager
-def rig_in(folder: Path) -> Iterator[WarmRig]:
-    with warm_rig(folder) as rig:
+def rig_in(folder: Path, ride: Ride) -> Iterator[WarmRig]:
+    with warm_rig(folder, ride) as rig:
         rig.wait_until("the operator drives for the first time", rig.drives, UP_S)
         yield rig
 
@@ -159,10 +207,11 @@ def rig_in(folder: Path) -> Iterator[WarmRig]:
 def series(todo: list[tuple[Kind | Exchange, int]]) -> Iterator[Shot]:
     """As many of these as one rig carries, in order; none when it does not come up. What was shot is taken off `todo`."""
     shots: list[Shot] = []
+    ride = ride_of(todo[0][0])
     with tempfile.TemporaryDirectory(prefix="faults-") as place:
         try:
-            with rig_in(Path(place)) as rig:
-                while todo and not rig.worn():
+            with rig_in(Path(place), ride) as rig:
+                while todo and ride_of(todo[0][0]) is ride and not rig.worn():
                     shot = shoot(rig, *todo[0])
                     todo.pop(0)
                     shots.append(shot)
@@ -214,6 +263,7 @@ def main() -> int:
     shots, commit = load(RESULTS), present_commit()
     held = {(shot.kind, shot.number) for shot in shots if shot.held and shot.commit == commit and not arguments.again}
     todo = [(kind, number) for number in range(1, arguments.rounds + 1) for kind in kinds if (kind.name, number) not in held]
+    todo.sort(key=lambda each: ride_of(each[0]) is FAST)  # each kind of rig once
     print(FORMULA)
     while todo:
         for shot in series(todo):

@@ -10,7 +10,8 @@ rival    likewise, sixty times a second; one time in four for the car itself, si
 frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
 stuck    likewise: the same position from the satellites, with fresh stamps
 doubting with the automation's certificate: it begins to ask for a take-over fifty times a second, and takes it back as often
-frames   on the vehicle bus: the gateway's own last command again, as it was; the counter is wrong each time
+frames   on the vehicle bus: beside each command of the gateway one that steers and accelerates, whose checksum is right and whose
+         counter is the gateway's own last one; looks at what the ECU demands of the actuators, and says so in the end
 """
 
 import secrets
@@ -22,15 +23,18 @@ from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from msgspec.structs import replace
 
 from benchmarks.cycle_messages import command
+from benchmarks.fault_commands import FAR
 from tower.cockpit.lease_client import request
 from tower.settings import TowerSettings
+from vehicle_gateway.can import e2e
+from vehicle_gateway.can.actuator_codec import DemandState, decode_demand
 from vehicle_gateway.can.bus import open_bus
-from vehicle_gateway.can.codec import codec_of
-from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.can.frame import Frame
+from vehicle_gateway.can.layout import Layout, layouts
 from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.certificates import folder_of
 from wire.clock import Clock
@@ -52,7 +56,6 @@ JUNK = b'{"lease_epoch": 1, "sequence": NaN}' * 4
 AHEAD_NS = 30_000_000  # always newer than the genuine one
 ASK_S = 0.4  # for an answer
 READY, LOOK_S = "ready", 0.01
-FAR = 2**40  # a sequence number no cockpit comes to
 BUDGET_S = 20.0  # longer than the operator is waited for between two requests
 NOTHING_ASKED: dict[str, Any] = {"doubt": Doubt.NOMINAL, "request": None}
 Tick = Callable[[int, int], None]  # number, now_ns
@@ -181,6 +184,8 @@ KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as
     "stuck": (Role.SIMULATE, Role.AUTONOMY, 20.0, repeated("gnss")),
 }
 FRAMES_HZ = 100.0
+WANTED_RAD, WANTED_M_S2 = 0.3, 2.0  # on a straight road nobody else steers like that
+WANTED_WITHIN_RAD = 0.01
 
 
 def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
@@ -207,21 +212,50 @@ def another_tower(config: Path, clock: Clock, stop: threading.Event) -> Abstract
     return open_link(settings, role, clock, stop, hub=True)
 
 
-def on_the_bus(config: Path, stop: threading.Event) -> None:
+class Followed(msgspec.Struct):
+    """What the ECU made of it."""
+
+    sent: int = 0
+    demands: int = 0  # of the ECU, in that time
+    followed: int = 0  # with the intruder's angle
+
+
+def with_wrong_counter(genuine: Frame, layout: Layout) -> Frame | None:
+    """The same, but steering and accelerating as the intruder wants it; None when the genuine one cannot be read."""
+    values = layout.unpack(genuine.data)
+    if values is None:
+        return None
+    mode, _, _, gear, hold = values
+    return layout.pack((mode, WANTED_RAD, WANTED_M_S2, gear, hold), e2e.counter_of(genuine))
+
+
+def on_the_bus(config: Path, stop: threading.Event) -> Followed:
     settings: VehicleGatewaySettings = read_sections(config, {"vehicle_gateway": VehicleGatewaySettings})["vehicle_gateway"]
-    ours = codec_of(read_layouts(settings.can.dbc)).permits
+    layout, told = layouts()["ACTUATION_COMMAND"], Followed()
     newest: list[Frame] = []
+    demanded = DemandState()
 
     def hear(frame: Frame, _: int) -> None:
-        if frame.arbitration_id in ours:
+        if frame.arbitration_id == layout.arbitration_id:
             newest[:] = [frame]
 
+    def look(frame: Frame, _: int) -> None:
+        nonlocal demanded
+        before, (demanded, _reason) = demanded, decode_demand(demanded, frame)
+        if told.sent and demanded.demand is not None and demanded.demand is not before.demand:
+            told.demands += 1
+            told.followed += abs(demanded.demand.road_wheel_angle_rad - WANTED_RAD) < WANTED_WITHIN_RAD
+
     clock = Clock()
-    with open_bus(settings.can, "vehicle", hear, clock) as bus, Pace(1.0 / FRAMES_HZ, clock, stop) as pace:
+    with ExitStack() as stack:
+        bus = stack.enter_context(open_bus(settings.can, "vehicle", hear, clock))
+        stack.enter_context(open_bus(settings.can, "actuator", look, clock))
+        pace = stack.enter_context(Pace(1.0 / FRAMES_HZ, clock, stop))
         wait_for_the_word(stop)
         for _ in pace:
-            for frame in newest:
-                bus.send(frame)
+            made = [with_wrong_counter(frame, layout) for frame in newest]
+            told.sent += sum(bus.send(frame) for frame in made if frame is not None)
+    return told
 
 
 def wait_for_the_word(stop: threading.Event) -> None:
@@ -237,7 +271,7 @@ def main(kind: str, config: Path) -> int:
     stop = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
     if kind == "frames":
-        on_the_bus(config, stop)
+        sys.stdout.buffer.write(msgspec.json.encode(on_the_bus(config, stop)))
     else:
         on_the_link(kind, config, stop)
     return 0

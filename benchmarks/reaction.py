@@ -1,7 +1,10 @@
 """How soon the car acts when the operator's side fails: the real cockpit, gateway, ECU and car of benchmarks.wheel_to_can.
 
+Of two namespaces with a bad way between them and the scripted operator (benchmarks.warm_rig; needs root): the stalled link.
+
 flooded  10,000 junk messages a second on the command key while wheel events are timed; beside it the same without
-stalled  the cockpit stands still for a second: how old is the oldest command that a cycle of the gateway used
+stands   the cockpit stands still for a second: how old is the oldest command that a cycle of the gateway used
+stalled  the link stands still for a second while the cockpit goes on sending; what it kept comes afterwards: the same
 killed   SIGKILL of the cockpit to the first CAN frame that brakes, the car rolling; and how long after the limit of silence
 """
 
@@ -18,6 +21,8 @@ from time import monotonic_ns
 import msgspec
 
 from benchmarks.datagram_wheel import PROFILE
+from benchmarks.fault_commands import Used
+from benchmarks.fault_link_stall import stalls
 from benchmarks.figures import Figure, figure, percentile
 from benchmarks.session import running
 from benchmarks.wheel_to_can import driven
@@ -33,6 +38,7 @@ from wire.topics import Role
 NAME = "reaction"
 FIFO = PaceSettings().fifo_priority
 KILLS = 5
+STALLS = 3  # of the link, each kind
 STALL_S, AFTER_S = 1.0, 2.0  # what came late has come by then
 FLOODED = 1000  # messages dropped: it has begun
 ROLLS_M_S = 0.5
@@ -47,10 +53,20 @@ def figures() -> Iterator[Figure]:
     case = f"cockpit killed, {KILLS} times"
     yield figure(NAME, case, "worst, to the braking frame", "ms", max(ms for ms, _ in killed), at_most=BRAKES_WITHIN_MS)
     yield figure(NAME, case, "worst, limit to braking cycle", "ms", max(ms for _, ms in killed), at_most=CYCLE_MS)
+    yield from stalled_link()
+
+
+def stalled_link() -> Iterator[Figure]:
+    for what, seen in stalls(STALLS).items():
+        case = f"link stalls for {STALL_S:g} s, {STALLS} times; {what}"
+        oldest_ms = max(each.oldest_ms for each in seen)
+        yield figure(NAME, case, "oldest command used", "ms", oldest_ms, at_most=Used.limit_ms)
+        yield figure(NAME, case, "used beyond the limit", "", sum(each.too_old for each in seen), at_most=0)
+        yield figure(NAME, case, "refused in one, least", "", min(each.refused.total() for each in seen))
 
 
 def one_session() -> Iterator[Figure]:
-    """Flooded, then stalled."""
+    """Flooded, then standing still."""
     with tempfile.TemporaryDirectory(prefix="reaction-") as folder, driven(Path(folder), FIFO) as (bench, config, cockpit):
         quiet = ("without it", percentile(bench.events()[0], 0.99))
         with running(Path(folder), (sys.executable, "-m", "benchmarks.intruder", "flood", str(config))):

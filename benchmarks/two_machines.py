@@ -205,11 +205,11 @@ class Listener:
     """What arrives at a site's hub, heard from outside its namespace. A context manager.
 
     tower  at the tower's hub, as its observer; else at the car's, as its recorder
-    tell   is told every topic and message besides, on a thread
+    tell   is told every topic, message and when it was received [ns, that site's clock] besides, on a thread
     """
 
     def __init__(
-        self, site: Machine, *topics: str, tower: bool = False, tell: Callable[[str, Any], None] = lambda *_: None
+        self, site: Machine, *topics: str, tower: bool = False, tell: Callable[[str, Any, int], None] = lambda *_: None
     ) -> None:
         self._tell = tell
         self.count: Counter[str] = Counter()
@@ -249,7 +249,7 @@ class Listener:
                 self.modes.append(message["mode"])
             self.newest[topic] = message
             self._heard_s[topic] = time.monotonic()
-            self._tell(topic, message)
+            self._tell(topic, message, heard["received_ns"])
 
     def silence_s(self, topic: str) -> float:
         """Since something was last heard on a topic."""

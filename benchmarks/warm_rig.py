@@ -15,11 +15,12 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import tomli_w
 
 from benchmarks.bad_way import BadWay, bad_way
+from benchmarks.fault_commands import Arrivals
 from benchmarks.rig import RefereeLog, RigError, halved
 from benchmarks.slow_disk import Disk, slow_disk
 from benchmarks.two_machines import CAR_ADDRESS, Listener, Machine, Sites, two_machines
@@ -28,11 +29,10 @@ from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
 
 PLACE = f"{CAR_ADDRESS}:7450"
-ROAD_M = 1500.0  # some forty faults of 30 m each
-SPEED_MIN_M_S = 2.5  # the fault comes while the car really drives
 DRIVEN_S = 1.0  # and the operator has had it for so long
 STANDSTILL_M_S = 0.05
 RECORDER, DISK, MOUNTED = "recorder.toml", "disk", "recorded"  # in the car's folder: its configuration, and where its files lie
+NOT_KEEN = "not_keen.toml"  # in the tower's folder: of an operator who lets the car drive itself
 STOPS_MAX = 20  # the most that may be configured: of ten minutes; then a rig is made anew
 CAR = {
     "simulate": ("vehicle-gateway", "simulate"),
@@ -44,29 +44,46 @@ CAR = {
     "autonomy": ("autonomy", "run"),
 }
 TOWER = {"cockpit": ("tower", "cockpit"), "window": ("tower", "window")}
+SILENT_S = 0.5
+TELLS = {"gateway_status": "silent since", "window_status": "no window"}  # at the tower: what its silence means
 MAP: dict[str, Any] = {
     "name": "long",
     "start": [0.0, 0.0],
     "start_heading_rad": 0.0,
-    "segments": [{"length_m": ROAD_M}],
     "lane_width_m": 3.5,
     "sidewalk_width_m": 2.5,
     "drives_on": "right",
-    "speed_limit_m_s": 6.9,
-    "goal_station_m": ROAD_M - 10.0,
 }
 START = {"station_m": 10.0}
+PATIENT = {"take_reaction_min_s": 0.5, "take_reaction_max_s": 1.0}  # takes the car when it asks him
 SCENARIO: dict[str, Any] = {"name": "long road", "map": "long.toml", "seed": 5, "time_limit_s": 3600.0, "start": START}
+
+
+class Ride(NamedTuple):
+    """What a rig drives on, and how."""
+
+    road_m: float
+    limit_m_s: float  # of the map
+    speed_min_m_s: float  # the fault comes while the car drives at least so fast
+    gets_there_s: float = 0.0  # how much longer than to drive at all that takes: 15 km/h for ten seconds, then 0.5 m/s2
+    likes: dict[str, float] = {}  # [tower.cockpit.scripted.speed]
+
+
+WARM = Ride(road_m=1500.0, limit_m_s=6.9, speed_min_m_s=2.5)  # some forty faults of 30 m each
+# 30 km/h, the most that the shipped car allows its operator: 8.33 m/s; he drives at the car's cap and not a little below it
+FAST = Ride(4000.0, 8.5, 8.2, 60.0, {"speed_max_m_s": 9.0, "below_cap_m_s": 0.0})
 
 
 @dataclass(slots=True)
 class WarmRig:
     sites: Sites
+    ride: Ride
     way: BadWay
     car: Listener
     tower: Listener  # what the operator's window is told
     disk: Disk  # of the recorder
     log: RefereeLog
+    commands: Arrivals  # the operator's, as they came to the car
     hurt_names: set[str] = field(default_factory=set)
 
     def machine(self, name: str) -> Machine:
@@ -79,8 +96,9 @@ class WarmRig:
         self.hurt_names.add(name)
         os.kill(self.pid(name), how)
 
-    def start(self, name: str) -> None:
-        _start(self.machine(name), name)
+    def start(self, name: str, config: str = "") -> None:
+        """config: a file in its site's folder in place of the usual one."""
+        _start(self.machine(name), name, config)
 
     def heal(self) -> None:
         """Everything runs, the way is perfect and the disk is quick."""
@@ -97,13 +115,13 @@ class WarmRig:
     def referee(self) -> list[Referee]:
         return self.log.entries()
 
-    def drives(self) -> bool:
-        """The operator has been driving for a while, at speed."""
+    def drives(self, speed_min_m_s: float = WARM.speed_min_m_s, mode: Mode = Mode.REMOTE) -> bool:
+        """The operator, or who drives in that mode, has been driving for a while, at speed."""
         status, log = self.car.newest.get("gateway_status"), self.referee()
-        if status is None or status["mode"] != Mode.REMOTE or not log:
+        if status is None or status["mode"] != mode or not log:
             return False
         fresh = self.car.silence_s("gateway_status") < 0.5
-        return fresh and status["stamp_ns"] - status["mode_since_ns"] > DRIVEN_S * 1e9 and log[-1].speed_m_s > SPEED_MIN_M_S
+        return fresh and status["stamp_ns"] - status["mode_since_ns"] > DRIVEN_S * 1e9 and log[-1].speed_m_s > speed_min_m_s
 
     def stands(self) -> bool:
         log = self.referee()
@@ -120,7 +138,7 @@ class WarmRig:
     @property
     def left_m(self) -> float:
         log = self.referee()
-        return ROAD_M - (log[-1].station_m if log else 0.0)
+        return self.ride.road_m - (log[-1].station_m if log else 0.0)
 
     def worn(self) -> bool:
         """The road or the stops of ten minutes come to their end."""
@@ -129,13 +147,13 @@ class WarmRig:
 
 
 @contextmanager
-def warm_rig(folder: Path) -> Iterator[WarmRig]:
+def warm_rig(folder: Path, ride: Ride = WARM) -> Iterator[WarmRig]:
     """The rig with everything started; leaving the context ends it."""
-    with two_machines(folder, str(_world(folder)), cable=_cable) as sites, ExitStack() as stack:
+    with two_machines(folder, str(_world(folder, ride)), cable=_cable) as sites, ExitStack() as stack:
         way = sites.cable
         if not isinstance(way, BadWay):
             raise RigError("the rig has no bad way")
-        _configure(sites)
+        _configure(sites, ride)
         try:
             disk = stack.enter_context(slow_disk(sites.car.folder / DISK, sites.car.folder / MOUNTED))
         except OSError as error:
@@ -143,15 +161,17 @@ def warm_rig(folder: Path) -> Iterator[WarmRig]:
         stack.callback(sites.car.end_all)  # the recorder, before its disk goes
         for name in CAR:
             _start(sites.car, name)
-        car = stack.enter_context(Listener(sites.car, "gateway_status", "vehicle_state", "drive_command"))
+        commands = Arrivals()
+        car = stack.enter_context(Listener(sites.car, "gateway_status", "vehicle_state", "drive_command", tell=commands.take))
         for name in TOWER:
             _start(sites.tower, name)
         tower = stack.enter_context(Listener(sites.tower, "gateway_status", "window_status", tower=True))
-        yield WarmRig(sites, way, car, tower, disk, RefereeLog(sites.car.folder))
+        yield WarmRig(sites, ride, way, car, tower, disk, RefereeLog(sites.car.folder), commands)
 
 
-def _start(machine: Machine, name: str) -> None:
-    machine.start(name, *(CAR | TOWER)[name], config=machine.folder / RECORDER if name == "recorder" else None)
+def _start(machine: Machine, name: str, config: str = "") -> None:
+    own = config or (RECORDER if name == "recorder" else "")
+    machine.start(name, *(CAR | TOWER)[name], config=machine.folder / own if own else None)
 
 
 @contextmanager
@@ -160,14 +180,15 @@ def _cable(car: Machine, tower: Machine) -> Iterator[BadWay]:
         yield way
 
 
-def _world(folder: Path) -> Path:
+def _world(folder: Path, ride: Ride) -> Path:
     """Map and scenario files."""
-    for name, content in (("long.toml", MAP), ("long_road.toml", SCENARIO)):
+    road = {"segments": [{"length_m": ride.road_m}], "speed_limit_m_s": ride.limit_m_s, "goal_station_m": ride.road_m - 10.0}
+    for name, content in (("long.toml", MAP | road), ("long_road.toml", SCENARIO)):
         (folder / name).write_bytes(tomli_w.dumps(content).encode())
     return folder / "long_road.toml"
 
 
-def _configure(sites: Sites) -> None:
+def _configure(sites: Sites, ride: Ride) -> None:
     for machine in (sites.car, sites.tower):
         tables: dict[str, Any] = read_tables(machine.config)
         if machine is sites.car:
@@ -181,14 +202,17 @@ def _configure(sites: Sites) -> None:
         else:
             tables["wire"]["link"].update(vehicle_id="car-1", connect=[PLACE])
             tables["wire"]["session"] = {"folder": str(machine.folder), "name": machine.folder.name}
-            tables["tower"]["cockpit"]["scripted"] = {"keen": True, "take_reaction_min_s": 0.5, "take_reaction_max_s": 1.0}
+            tables["tower"]["cockpit"]["scripted"] = PATIENT | {"speed": ride.likes}
+            (machine.folder / NOT_KEEN).write_bytes(tomli_w.dumps(tables).encode())
+            tables["tower"]["cockpit"]["scripted"]["keen"] = True
         machine.config.write_bytes(tomli_w.dumps(tables).encode())
 
 
 def said(rig: WarmRig) -> str:
-    """What the operator was told last, for a table."""
+    """What the tower's hub last told the operator's window, for a table; and whether there was a window, and a hub, at all."""
     status = rig.tower.newest.get("gateway_status") or {}
-    return f"{status.get('mode', 'nothing')}: {status.get('cause', '')}"
+    gone = [text for topic, text in TELLS.items() if rig.tower.silence_s(topic) > SILENT_S]
+    return ", ".join((f"{status.get('mode', 'nothing')}: {status.get('cause', '')}", *gone))
 
 
 def run_in(machine: Machine, module: str, *arguments: str, niceness: int = 0) -> "subprocess.Popen[bytes]":

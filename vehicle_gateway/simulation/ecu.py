@@ -2,10 +2,12 @@
 so it tells the health of its loop on CAN.
 
 Every new command is passed on to the actuators at once, on the reader thread; a 100 Hz cycle does everything else. What
-a command or its absence means is `ecu_core`'s to say. Prints nothing in normal operation.
+a command or its absence means is `ecu_core`'s to say. Prints nothing in normal operation; frames that it refuses, once a second.
 """
 
+import logging
 import threading
+from collections import Counter
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +31,7 @@ from vehicle_gateway.settings import VehicleGatewaySettings, refuse_beside_a_car
 from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
 from wire.clock import Clock
 from wire.configuration import ConfigurationError, read_sections
+from wire.logs import fields
 from wire.messages.health import LoopHealth
 from wire.messages.vehicle import VehicleDescription
 from wire.pace import Pace
@@ -37,6 +40,7 @@ from wire.topics import ECU
 
 PERIOD_S = 0.01
 HEALTH_CYCLES = 100  # once a second
+log = logging.getLogger(__name__)
 
 
 def run(config: Path, stop: threading.Event) -> int:
@@ -59,6 +63,7 @@ def run(config: Path, stop: threading.Event) -> int:
             ecu.cycle(now_ns)
             if number % HEALTH_CYCLES == 0:
                 ecu.tell_health(pace.health(ECU, LOOP), number // HEALTH_CYCLES)
+                ecu.tell_refused()
             if not (ecu.vehicle_bus.reading and ecu.actuator_bus.reading):
                 return 1  # a reader has died and said why
     return 0
@@ -73,6 +78,7 @@ class Ecu:
         self._commands, self._plant = CommandState(), PlantState()
         self._inputs, self._state = EcuInputs(), EcuState()
         self._stop = StopState()
+        self._refused: Counter[str] = Counter()  # frames of the vehicle bus by reason, since it was last told
         self._demands = self._cycles = self._motions = 0  # counters of the frames sent
         self.vehicle_bus: Bus | None = None
         self.actuator_bus: Bus | None = None
@@ -83,7 +89,9 @@ class Ecu:
                 self._obey(frame, received_ns)
                 return
             before = self._commands
-            self._commands, _ = decode_command(before, frame)
+            self._commands, reason = decode_command(before, frame)
+            if reason:
+                self._refused[reason] += 1
             self._inputs = replace(self._inputs, body=self._commands.body)
             if self._commands.command is not before.command:
                 self._inputs = replace(self._inputs, command=self._commands.command, command_ns=received_ns)
@@ -124,6 +132,13 @@ class Ecu:
     def tell_health(self, health: LoopHealth, counter: int) -> None:
         for frame in SHIPPED.encode(health, counter):
             _send(self.vehicle_bus, frame)
+
+    def tell_refused(self) -> None:
+        """Into the log, when there were any."""
+        with self._lock:
+            refused, self._refused = self._refused, Counter()
+        for reason, frames in refused.items():
+            log.warning("refused", extra=fields(reason=reason, frames=frames))
 
     def _demand(self, now_ns: int) -> None:
         self._state, demand = ecu_step(self._state, self._inputs, now_ns, self._settings)
