@@ -21,7 +21,7 @@ from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
 
 CHANNEL = "localization"
-NOTICE_S = 3.0  # twenty positions rejected in a row, at 20 Hz a second, and two for what smooths it
+NOTICE_S = 3.0  # twenty positions rejected in a row, at the sensor's own 10 Hz 2 s, and one for what smooths it
 OFF_MAX_M = 0.6  # from where on the automation itself would doubt a position (autonomy.uncertainty.channels)
 HEARD_S = 10.0
 

@@ -64,8 +64,8 @@ def table(shots: Sequence[Shot], kinds: Sequence[Named], note: str) -> str:
         f"`make faults`, {machine}, cameras half as wide and high: {held} of {len(run)} kinds held, {len(shots)} shots. "
         "Worst of its shots in each column.",
         "",
-        "Operator told: the mode and its cause as they last came to the window at the tower's hub, whether that hub has been silent",
-        "since and whether there was a window. FROZEN is the window's own word; which texts it shows it does not record.",
+        "Operator told: the mode and its cause as they last came to the window at the tower's hub; whether it was silent since,",
+        "whether there was a window. FROZEN is the window's own word; which texts it shows it does not record.",
         "",
         f"`{note}`",
         "",

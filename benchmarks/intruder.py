@@ -181,7 +181,8 @@ KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as
     "rival": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 60.0, rival),
     "doubting": (Role.AUTONOMY, Role.RECORDER, 100.0, doubting),
     "frozen": (Role.SIMULATE, Role.VIDEO, 100.0, repeated("world_state")),
-    "stuck": (Role.SIMULATE, Role.AUTONOMY, 20.0, repeated("gnss")),
+    # more often than AHEAD_NS, or genuine ones get in between, as they did at 20 Hz: nothing stuck, and nobody noticed
+    "stuck": (Role.SIMULATE, Role.AUTONOMY, 50.0, repeated("gnss")),
 }
 FRAMES_HZ = 100.0
 WANTED_RAD, WANTED_M_S2 = 0.3, 2.0  # on a straight road nobody else steers like that

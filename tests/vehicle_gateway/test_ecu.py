@@ -310,6 +310,16 @@ def test_a_new_command_is_passed_on_at_once_without_waiting_for_the_cycle():
     assert len(ecu.actuator_bus.frames) == 1
 
 
+def test_what_it_refused_is_told_once_with_its_reason(caplog):
+    ecu = joined_ecu()
+    command, _ = encode_command(drive(1.0), Mode.REMOTE, False, 0)
+    for _ in range(3):
+        ecu.on_vehicle_frame(command, MS)
+    ecu.tell_refused()
+    ecu.tell_refused()
+    assert [record.fields for record in caplog.records] == [{"reason": "can counter", "frames": 2}]
+
+
 def test_motion_is_passed_on_as_it_comes_and_the_rest_every_other_cycle():
     ecu, state = joined_ecu(), FeedbackState()
     ecu.on_plant_frame(actuator_codec.encode_plant_report(PlantReport(Gear.DRIVE, True, Controls(True)), 0), 0)
