@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.intruder import WANTED_M_S2, WANTED_RAD, with_wrong_counter
+from benchmarks.intruder import APART, WANTED_M_S2, WANTED_RAD, with_wrong_counter
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.ecu_codec import CommandState, decode_command
 from vehicle_gateway.can.frame import Frame
@@ -25,6 +25,15 @@ def test_the_ecu_refuses_it_for_its_counter_and_goes_on_with_the_genuine_ones(co
     after, reason = decode_command(refused, genuine(counter + 1, angle=0.02))
     assert reason == ""
     assert abs(after.command.road_wheel_angle_rad - 0.02) < 0.001
+
+
+@given(st.integers(0, 60), st.integers(0, 8))
+def test_however_late_in_a_bunch_none_of_them_is_followed(counter, late):
+    """The gateway's have all come when the intruder's come, up to 36 ms late."""
+    state, _ = decode_command(CommandState(), genuine(counter + late))
+    for number in range(counter, counter + late + 1, APART):
+        state, reason = decode_command(state, with_wrong_counter(genuine(number), COMMAND))
+        assert reason == "can counter"
 
 
 def test_with_the_next_counter_the_ecu_would_follow_it():
