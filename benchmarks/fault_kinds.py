@@ -168,6 +168,7 @@ KINDS: tuple[Kind | Exchange, ...] = (
     Kind("blackout-200", "nothing for 200 ms", Fate.SAFE, _REPAIRED, way(BLACK, seconds=0.2)),
     Kind("blackout-1000", "nothing for 1 s", Fate.STANDS, _LOST, way(BLACK, seconds=1.0)),
     Kind("blackout-5000", "nothing for 5 s", Fate.STANDS, _LOST, way(BLACK, seconds=5.0)),
+    Kind("held-800", "what goes to the car is held for 0.8 s, and then comes", Fate.STANDS, _LOST, held_up(0.8), 4.0),
     Kind("held-1000", "what goes to the car is held for 1 s, and then comes", Fate.STANDS, _LOST, held_up(1.0), 4.0),
     Kind("uplink-black", "nothing to the car, all from it", Fate.STANDS, _LOST, way(BLACK, Impairment())),
     Kind("downlink-black", "nothing from the car, all to it", Fate.STANDS, _PICTURE, way(Impairment(), BLACK)),

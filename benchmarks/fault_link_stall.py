@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from benchmarks.bad_way import NEITHER
 from benchmarks.fault_arms import Arm, Armed, End, Finding, nothing
 from benchmarks.fault_commands import Used
 from benchmarks.fault_hand_overs import FORWARD
@@ -19,10 +20,29 @@ from benchmarks.rig import RigError
 from benchmarks.two_machines import Listener, missing
 from benchmarks.warm_rig import WarmRig, pause, warm_rig
 
-STALL_S, AFTER_S = 1.0, 2.0  # what came late has come by then
+AFTER_S = 2.0  # what came late has come by then
+LEASE_S = 1.0  # of the link (wire.transport): a longer silence ends it, and with it what waits at its sender
 BOTH = (True, True)
 UP_S, AGAIN_S, HEARD_S = 120.0, 60.0, 10.0
 OF_COMMANDS = "command "  # how the reasons begin for which the car drops one
+
+
+class Case(NamedTuple):
+    """What becomes of what is sent in the meantime: kept on its way, forward and back, or lost."""
+
+    words: str
+    seconds: float
+    kept: tuple[bool, bool]
+    loss: float = 0.0
+
+
+OUTLIVED = Case("kept, to the car", 0.8, FORWARD)
+CASES = (
+    OUTLIVED,
+    Case("kept, to the car", 1.0, FORWARD),
+    Case("kept, both ways", 1.0, BOTH),
+    Case("lost, both ways", 1.0, NEITHER, 1.0),
+)
 
 
 class Stalled(NamedTuple):
@@ -49,7 +69,7 @@ def _refused(rig: WarmRig) -> Counter[str]:
 
 
 def held_up(seconds: float, which: tuple[bool, bool] = FORWARD) -> Arm:
-    """Everything on these ways is kept for so long and comes then, in its order."""
+    """Everything on these ways is kept for so long and comes then, in its order; if the link outlives it, some of it too late."""
 
     @contextmanager
     def arm(rig: WarmRig) -> Iterator[Armed]:
@@ -66,33 +86,33 @@ def held_up(seconds: float, which: tuple[bool, bool] = FORWARD) -> Arm:
                 seen = told()
                 refused = ", ".join(f"{number} {reason}" for reason, number in seen.refused.items())
                 text = f"of {seen.used} used the oldest came with {seen.oldest_ms:.0f} ms; refused: {refused or 'none'}"
-                return Finding(seen.too_old == 0 and seen.used > 0 and seen.refused.total() > 0, text)
+                late = seen.refused.total() > 0 or seconds >= LEASE_S
+                return Finding(seen.too_old == 0 and seen.used > 0 and late, text)
 
             yield Armed(hurt, found=found)
 
     return arm
 
 
-def stall(rig: WarmRig, which: tuple[bool, bool], loss: float) -> Stalled:
-    """Once, while the operator drives; kept (`which`), or lost on its way."""
+def stall(rig: WarmRig, case: Case) -> Stalled:
+    """Once, while the operator drives."""
     rig.wait_until("the operator drives", rig.drives, AGAIN_S)
-    lost = Impairment(loss=loss)
+    lost = Impairment(loss=case.loss)
     with watched(rig) as told:
-        rig.way.be(lost, lost, held=which)
-        pause(rig, STALL_S)
+        rig.way.be(lost, lost, held=case.kept)
+        pause(rig, case.seconds)
         rig.way.be()
         pause(rig, AFTER_S)
         return told()
 
 
-def stalls(times: int) -> dict[str, list[Stalled]]:
-    """By what becomes of what is sent meanwhile. Raises RigError, also when a link that keeps everything brought nothing late."""
+def stalls(times: int) -> dict[Case, list[Stalled]]:
+    """Every case so often. Raises RigError, also when a link that outlives its stall brought nothing late."""
     if missing():
         raise RigError(f"no stalled link: {missing()}")
-    cases = {"kept, to the car": (FORWARD, 0.0), "kept, both ways": (BOTH, 0.0), "lost, both ways": ((False, False), 1.0)}
     with tempfile.TemporaryDirectory(prefix="stall-") as place, warm_rig(Path(place)) as rig:
         rig.wait_until("the operator drives for the first time", rig.drives, UP_S)
-        seen = {case: [stall(rig, *how) for _ in range(times)] for case, how in cases.items()}
-    if not all(each.refused for each in seen["kept, to the car"]):
+        seen = {case: [stall(rig, case) for _ in range(times)] for case in CASES}
+    if not all(each.refused.total() for each in seen[OUTLIVED]):
         raise RigError("a link that keeps what is sent brought nothing late: not measured")
     return seen

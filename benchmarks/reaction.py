@@ -57,12 +57,12 @@ def figures() -> Iterator[Figure]:
 
 
 def stalled_link() -> Iterator[Figure]:
-    for what, seen in stalls(STALLS).items():
-        case = f"link stalls for {STALL_S:g} s, {STALLS} times; {what}"
+    for how, seen in stalls(STALLS).items():
+        case = f"link stalls {how.seconds:g} s, {STALLS} times; {how.words}"
         oldest_ms = max(each.oldest_ms for each in seen)
         yield figure(NAME, case, "oldest command used", "ms", oldest_ms, at_most=Used.limit_ms)
         yield figure(NAME, case, "used beyond the limit", "", sum(each.too_old for each in seen), at_most=0)
-        yield figure(NAME, case, "refused in one, least", "", min(each.refused.total() for each in seen))
+        yield figure(NAME, case, "refused, least", "", min(each.refused.total() for each in seen))
 
 
 def one_session() -> Iterator[Figure]:
