@@ -18,6 +18,7 @@ from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose
 from autonomy.perception.tracking import TrackList, in_map_frame, update
 from autonomy.planning.among_people import around, capped, counting
 from autonomy.planning.braking_planner import Plan, Situation, plan
+from autonomy.planning.horizon import PLAN_PERIOD_S
 from autonomy.planning.route import Shift, own_lane
 from autonomy.planning.speed_limits import Ceiling, StopPoint, ceiling
 from autonomy.planning.topology import Decision, TopologyState
@@ -28,6 +29,7 @@ from autonomy.state import AmongPeople, Place, Setup, StackState, Way
 from autonomy.uncertainty import budget
 from autonomy.uncertainty.channels import Level, localization_level, map_level, perception_level, planner_level
 from autonomy.uncertainty.monitor import MonitorState, Trouble, judge
+from autonomy.uncertainty.waiting import wait_on
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
 
 PLAN_NS = 100_000_000  # 10 Hz
@@ -116,11 +118,16 @@ def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> t
     )
     made = plan(situation, _before(state, place, setup), setup.settings.planning)
     state, decision = _among_people(state, situation, made, place, inputs, setup)
-    stands = abs(place.pose.speed_m_s) < STANDS_M_S
-    waits = stands and (state.topology.lost or (made.blocked is not None and made.blocked.kind == "person"))
-    since = (state.waiting_since_ns or state.now_ns) if waits and state.driving else None
+    waiting = wait_on(
+        state.waiting,
+        state.now_ns,
+        driving=state.driving,
+        stands=abs(place.pose.speed_m_s) < STANDS_M_S,
+        for_person=made.blocked is not None and made.blocked.kind == "person",
+        lost=state.topology.lost,
+    )
     due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
-    return replace(state, plan_due_ns=due, waiting_since_ns=since), decision
+    return replace(state, plan_due_ns=due, waiting=waiting), decision
 
 
 def _before(state: StackState, place: Place, setup: Setup) -> Plan | None:
@@ -134,21 +141,30 @@ def _before(state: StackState, place: Place, setup: Setup) -> Plan | None:
 def _among_people(
     state: StackState, situation: Situation, made: Plan, place: Place, inputs: Inputs, setup: Setup
 ) -> tuple[StackState, Decision | None]:
-    """How people are passed; `made` says how fast at most. Not when somebody drives, or is to take over: nobody would use it."""
-    asked = None
-    if setup.among_people is not None and state.driving and state.monitor.request is None:
+    """How people are passed; `made` says how fast at most. Not when somebody drives, or is to take over: nobody would use it.
+
+    But a loss is looked at until it is over, also while it is what somebody is asked to take over for.
+    """
+    asked, is_open = None, state.monitor.request is not None
+    if setup.among_people is not None and state.driving and (not is_open or state.waiting.is_lost):
         angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
         taken = state.topology.taken
         before = taken.trajectory if taken is not None else None
         asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before)
     if asked is None:
         return replace(state, plan=made, topology=TopologyState(), way=None), None
-    topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology)
+    topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology, _since_plan_s(state))
+    if is_open:
+        return replace(state, plan=made, topology=topology, way=None), None
     if decision.braking:
         return replace(state, plan=made, topology=topology), decision
     found = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
     made = replace(made, points=tuple((float(x), float(y)) for x, y in found.states[:, :2]))
     return replace(state, plan=made, topology=topology, way=Way(found_ns=state.now_ns, reference=of_trajectory(found))), decision
+
+
+def _since_plan_s(state: StackState) -> float:
+    return PLAN_PERIOD_S if state.plan is None else (state.now_ns - state.plan.stamp_ns) * 1e-9
 
 
 def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Judged | None]:
@@ -170,10 +186,9 @@ def _levels(state: StackState, made: Plan, estimate: Estimate, inputs: Inputs, s
     settings, shape = setup.settings, setup.shape
     limit = setup.road.map.speed_limit_m_s
     relevant = budget.relevant_distance_m(limit, settings.planning.static_gap_m, settings.budget)
-    waited = 0.0 if state.waiting_since_ns is None else (state.now_ns - state.waiting_since_ns) * 1e-9
     age = (state.now_ns - inputs.objects.stamp_ns) * 1e-9 if inputs.objects else 0.0
     return (
-        planner_level(made, shape, relevant, waited, settings.channels),
+        planner_level(made, shape, relevant, state.waiting, state.now_ns, settings.channels),
         map_level(made, own_lane(setup.road), shape, relevant, settings.channels),
         localization_level(estimate, settings.channels),
         perception_level(state.tracks, age, settings.channels),

@@ -17,6 +17,7 @@ from autonomy.planning.speed_limits import StopPoint
 from autonomy.planning.topology import TopologyState
 from autonomy.settings import AutonomySettings
 from autonomy.uncertainty.monitor import MonitorState
+from autonomy.uncertainty.waiting import Waiting
 from wire.messages.automation import AutonomyStatus
 from wire.road import Road, RoadPoint
 
@@ -79,7 +80,7 @@ class StackState:
     monitor: MonitorState = MonitorState()
     looks: int = 0  # of the monitor, since start
     slowing: StopPoint | None = None  # of the open request
-    waiting_since_ns: int | None = None  # standing for a person
+    waiting: Waiting = Waiting()  # for people
     driving: bool = False
     angle_rad: float = 0.0  # commanded last, road wheels
     speed: SpeedState = SpeedState()

@@ -1,6 +1,7 @@
 """Channels of doubt: each turns one kind of trouble into a level from 0 (none) to 1 (certain) and a sentence. Pure.
 
-planner       no way on: static things close the own lane, or a person has been standing in it for long
+planner       no way on: static things close the own lane, a person has been standing in it for long, or for a while no way has
+              been found among the people: caution soon, a request only when it lasts
 map           the world stands where the map says the lane is free
 localization  error ellipse, rejected fixes
 perception    age of the object list; innovations out of proportion, which alone never ask for a person
@@ -22,10 +23,13 @@ from autonomy.perception.prediction import OnRoad
 from autonomy.perception.tracking import TrackList
 from autonomy.planning.braking_planner import Plan
 from autonomy.planning.route import Lane
+from autonomy.uncertainty.waiting import Waiting
 from wire.messages.base import Message
 
 Positive = Annotated[float, Meta(gt=0.0, le=1000.0)]
 CAUTION_AT_MOST = 0.7  # what is not relevant yet, or not enough alone
+NO_WAY = "No way among the people has been found"
+CAUTION = 0.6  # above where a channel counts as clear, below where it asks
 
 
 class ChannelSettings(Message):
@@ -33,6 +37,11 @@ class ChannelSettings(Message):
     lane_share: Positive = 0.5  # things that stretch over this share of the lane's width contradict the map in full
     person_patience_s: Positive = 20.0  # a person standing in the lane is waited for; longer is a blockade
     person_ramp_s: Positive = 5.0  # from there to certainty
+    no_way_caution_s: Positive = 1.0  # without a way among the people: half a second after the last one ceased to be followed
+    no_way_patience_s: Positive = (
+        15.0  # longer is a blockade, standing or not; crowds of eight who never cease to cross took 17 s at most
+    )
+    no_way_ramp_s: Positive = 5.0
     deviation_from_m: Positive = 0.6
     deviation_to_m: Positive = 1.5
     rejected_from: Positive = 5.0  # GNSS positions in a row, 10 Hz
@@ -54,18 +63,41 @@ def ramp(value: float, start: float, end: float) -> float:
     return min(max((value - start) / (end - start), 0.0), 1.0)
 
 
-def planner_level(plan: Plan, shape: CarShape, relevant_m: float, waited_s: float, settings: ChannelSettings) -> Level:
-    """relevant_m: from the bumper. waited_s: how long the car has stood for a person, or without a way."""
+def planner_level(
+    plan: Plan, shape: CarShape, relevant_m: float, waiting: Waiting, now_ns: int, settings: ChannelSettings
+) -> Level:
+    """The worst of what keeps it from getting on. relevant_m: from the bumper."""
+    keeping = (
+        _closed(plan, shape, relevant_m, settings),
+        _standing(plan, waiting.stood_s(now_ns), settings),
+        _no_way(waiting.lost_s, settings),
+    )
+    return max(keeping, key=lambda each: each.level)
+
+
+def _closed(plan: Plan, shape: CarShape, relevant_m: float, settings: ChannelSettings) -> Level:
     blocked = plan.blocked
     if blocked is None or blocked.kind == "person":
-        level = ramp(waited_s, settings.person_patience_s, settings.person_patience_s + settings.person_ramp_s)
-        what = "No way among the people has been found" if blocked is None else "A person has been standing in the lane"
-        return Level("planner", level, f"{what} for {waited_s:.0f} s" if level > 0 else "")
+        return Level("planner", 0.0, "")
     ahead = max(blocked.station_m - plan.station_m - shape.front_m, 0.0)
     group = [thing for thing in plan.in_lane if thing.track.number in blocked.numbers]
     level = _any_is_real([thing.track.probability * _ripe(thing, settings) for thing in group])
     text = f"The lane is closed {ahead:.0f} m ahead: {_count(len(group))}; the oncoming lane is not allowed"
     return Level("planner", _relevant(level, ahead, relevant_m), text)
+
+
+def _standing(plan: Plan, stood_s: float, settings: ChannelSettings) -> Level:
+    level = ramp(stood_s, settings.person_patience_s, settings.person_patience_s + settings.person_ramp_s)
+    person = plan.blocked is not None and plan.blocked.kind == "person"
+    what = "A person has been standing in the lane" if person else NO_WAY
+    return Level("planner", level, f"{what} for {stood_s:.0f} s" if level > 0 else "")
+
+
+def _no_way(lost_s: float, settings: ChannelSettings) -> Level:
+    if lost_s < settings.no_way_caution_s:
+        return Level("planner", 0.0, "")
+    asks = ramp(lost_s, settings.no_way_patience_s, settings.no_way_patience_s + settings.no_way_ramp_s)
+    return Level("planner", max(CAUTION, asks), f"{NO_WAY} for {lost_s:.0f} s")
 
 
 def map_level(plan: Plan, lane: Lane, shape: CarShape, relevant_m: float, settings: ChannelSettings) -> Level:
