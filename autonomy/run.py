@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -65,19 +66,26 @@ def run(config: Path, stop: threading.Event) -> int:
     clock = Clock()
     fifo = wire.pace.fifo_priority
     with open_link(wire.link, Role.AUTONOMY, clock, stop, fifo_priority=beneath(fifo)) as link:
-        newest, state = Newest(link), StackState()
+        newest = Newest(link)
         given: Given = {}  # colours of the ways
         with Pace(PERIOD_S, clock, stop, fifo_priority=fifo) as pace:
-            for now_ns in pace:
-                state, outputs = step(state, newest.inputs(), now_ns, setup)
+            for state, outputs in cycles(pace, newest.inputs, setup):
                 _publish(link, outputs, setup)
                 if outputs.decision is not None:
-                    given, view = next_view(given, outputs.decision, now_ns)
+                    given, view = next_view(given, outputs.decision, state.now_ns)
                     link.publish("planner_view", view)
                 if state.sequence % SLOWLY_CYCLES == 1:
                     link.publish("road_map", setup.road.map)
                     link.publish("car_health", pace.health(PROGRAMS[Role.AUTONOMY], "drive", link.dropped))
     return 0
+
+
+def cycles(times_ns: Iterable[int], newest: Callable[[], Inputs], setup: Setup) -> Iterator[tuple[StackState, Outputs]]:
+    """One cycle of the stack at each of the times; whoever takes the outputs publishes them before the next."""
+    state = StackState()
+    for now_ns in times_ns:
+        state, outputs = step(state, newest(), now_ns, setup)
+        yield state, outputs
 
 
 def _publish(link: Link, outputs: Outputs, setup: Setup) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from math import pi
 
 import msgspec
 import pytest
@@ -11,11 +12,12 @@ from autonomy.control.mpcc.state import TrackerState
 from autonomy.inputs import Inputs
 from autonomy.stack import step
 from autonomy.state import StackState
-from tests.autonomy.simulated_time import World, alone_with, setup_for
-from wire.messages.automation import AutonomyStatus, Doubt
+from tests.autonomy.simulated_time import World, alone_with, default_scenario, setup_for
+from wire.messages.automation import AutonomyStatus, Doubt, RoadMap, RoadSegment
 from wire.messages.sensing import DetectedObject
 from wire.messages.vehicle import Mode
-from wire.scenario import Person
+from wire.road import Road
+from wire.scenario import Person, Start
 
 GHOST = DetectedObject(x_m=0.0, y_m=0.0, radius_m=0.3, kind="person")  # inside the car: nothing is feasible, whatever it does
 NO_WAY = "No way among the people has been found"
@@ -75,6 +77,10 @@ class Car:
     def nodes(self) -> dict[tuple[float, float], float]:
         """Of the guidance's search: stage by place."""
         return {(x, y): stage for x, y, stage in self.state.topology.guidance.nodes.tolist()}
+
+    @property
+    def station_m(self) -> float:
+        return self.state.place.at.station_m if self.state.place is not None else 0.0
 
     @property
     def planner_text(self) -> str:
@@ -171,3 +177,54 @@ def test_a_plan_that_came_late_goes_on_by_the_time_that_has_passed() -> None:
             dropped += [(ticks / 20, before[place] - after[place]) for place in before.keys() & after.keys()]
     assert [sum(wanted == ticks / 20 for wanted, _ in dropped) >= 3 for ticks in (10, 15, 25)] == [True] * 3
     assert [found for _, found in dropped] == pytest.approx([wanted for wanted, _ in dropped], abs=1e-6)
+
+
+def test_cycles_that_hang_for_a_third_of_a_second_leave_it_in_its_lane_and_clear_of_who_crosses() -> None:
+    """Three in four seconds; meanwhile the car goes on by its last command."""
+    person = Person(way=((70.0, -4.8), (70.0, 4.8)), speed_m_s=1.0, starts_when_car_within_m=40.0)
+    car, offsets = Car(alone_with((person,), seed=1)), []
+    car.go_on(2.0)
+    for _ in range(3):
+        car.until(car.has_planned, 0.2, ghost=False)
+        car.hang(34)
+        car.go_on(1.0, each=lambda: offsets.append(car.world.place[1]))
+    car.go_on(6.0, each=lambda: offsets.append(car.world.place[1]))
+    assert max(abs(offset + 1.75) for offset in offsets) < 0.75  # the whole car
+    assert car.world.closest_m > 0.4 and car.world.place[0] > 75.0
+    assert car.said[-1].healthy and car.said[-1].request is None
+
+
+def test_where_the_road_crosses_itself_it_drives_on_in_its_lane() -> None:
+    """A loop of 25 m: past the crossing the nearest piece of lane is the other one, so the braking planner drives for a moment."""
+    pieces = ((80.0, 0.0), (25.0 * 1.5 * pi, 1 / 25.0), (110.0, 0.0))
+    road = Road(
+        RoadMap(
+            name="loop",
+            start=(0.0, 0.0),
+            start_heading_rad=0.0,
+            segments=tuple(RoadSegment(length_m=length, curvature_1_m=curvature) for length, curvature in pieces),
+            lane_width_m=3.5,
+            sidewalk_width_m=2.5,
+            speed_limit_m_s=6.9,
+            drives_on="right",
+            goal_station_m=290.0,
+        )
+    )
+    scenario, _ = default_scenario(with_site=False)
+    car = Car(World(msgspec.structs.replace(scenario, people=(), start=Start(station_m=10.0, speed_m_s=6.0)), road, seed=1))
+    crossings = (55.0, 80.0 + 25.0 * 1.5 * pi + 25.0)
+    follows: list[tuple[float, bool]] = []
+    offsets: list[float] = []
+
+    def look() -> None:
+        at = road.to_road(car.world.x, car.world.y, car.station_m)
+        follows.append((at.station_m, car.follows()))
+        offsets.append(at.offset_m)
+
+    car.go_on(40.0, each=look)
+    assert max(abs(offset + 1.75) for offset in offsets[100:]) < 0.3
+    assert follows[-1][0] > max(crossings) + 20.0
+    by_lane = [station for station, follow in follows[100:] if not follow]
+    assert 0 < len(by_lane) < 100  # 10 ms each
+    assert max(min(abs(station - crossing) for crossing in crossings) for station in by_lane) < 5.0
+    assert car.said[-1].request is None and {said.doubt for said in car.said} == {Doubt.NOMINAL}
