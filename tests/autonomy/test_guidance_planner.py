@@ -1,7 +1,7 @@
 """The guidance planner as a whole: deterministic, names that stay among a crossing crowd, bad input answered and never raised."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from autonomy.planning.guidance.settings import GuidanceSettings
 from autonomy.planning.guidance.splines import spline_at
 from autonomy.planning.guidance.state import Guidance, Guidances, GuidanceState, Lack, initial_state
 from autonomy.planning.guidance.winding import Side
-from autonomy.planning.horizon import HORIZON_S, STEP_S, STEPS, CarState, Predictions
+from autonomy.planning.horizon import HORIZON_S, STEP_S, STEPS, CarState, Floats, Predictions
 from autonomy.planning.reference_path import ReferencePath, through
 from benchmarks.crossing_crowd import RADIUS_M, SPEED_M_S, crossing, winding_path
 
@@ -220,6 +220,39 @@ def test_somebody_too_near_already_is_left_and_not_approached() -> None:
     assert found.ways
     for way in found.ways:
         assert np.hypot(*(way.middle_m - place).T).min() > 0.89 * 1.3
+
+
+def places_of(nodes: Floats) -> dict[tuple[float, float], float]:
+    """Stage of every node by its place."""
+    return {(x, y): stage for x, y, stage in nodes.tolist()}
+
+
+@pytest.mark.parametrize("elapsed", [0.1, 0.3])
+def test_nodes_of_the_last_cycle_are_looked_through_again_sooner_by_the_time_that_has_passed(elapsed: float) -> None:
+    """A car that stands, so that every node keeps its place: those that chance found are found by no other cycle's chance."""
+    state, dropped = initial_state(3), []
+    crowd = standing((8.0, 0.0), (10.0, 1.5), (12.0, -1.0))
+    for _ in range(12):
+        before = places_of(state.nodes)
+        state, found = guide(state, CAR, STRAIGHT, crowd, SETTINGS, elapsed)
+        assert found.searched is not None
+        now = places_of(found.searched.graph.nodes[:, :3])
+        dropped += [before[place] - now[place] for place in before.keys() & now.keys()]
+    assert len(dropped) >= 15
+    assert dropped == pytest.approx([elapsed / STEP_S] * len(dropped))
+
+
+def test_a_connector_whose_time_is_over_is_put_on_its_way_again_half_way_through_the_horizon() -> None:
+    again = 0
+    for state, found, _, _ in chain.from_iterable(driven(0, 8, 50, crowd) for crowd in (1, 2, 3, 4)):
+        assert found.searched is not None
+        carried = {(round(x, 6), round(y, 6), stage) for x, y, stage in state.nodes.tolist()}
+        for way, rows in zip(found.ways, found.searched.connectors, strict=True):
+            if found.searched.graph.nodes[rows[0], 2] - 0.1 / STEP_S < 1.0:  # before the next plan's first step
+                x, y = way.middle_m[STEPS // 2]
+                assert (round(x, 6), round(y, 6), STEPS // 2) in carried
+                again += 1
+    assert again >= 3
 
 
 def test_a_cycle_that_came_late_moves_the_nodes_by_the_time_that_has_passed() -> None:
