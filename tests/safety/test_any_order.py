@@ -12,7 +12,8 @@ from msgspec.structs import replace
 from tests.safety.witness import watched
 from tests.safety.world import BEHIND_CROSSING, FIT, MS, World, driven_by_itself, driven_by_operator, on_street, request, stop
 from wire.messages.base import Gear
-from wire.messages.session import Action
+from wire.messages.session import Action, Supervision
+from wire.messages.vehicle import Mode
 
 STARTS = {
     "driven by the operator": lambda: driven_by_operator(watched(World())),
@@ -137,6 +138,31 @@ class AnyOrder(RuleBasedStateMachine):
             hand_overs=[(self.world.towers[second], action) for second, action in actions if self.world.towers[second].key]
         )
 
+    @rule(second=st.booleans(), seconds=st.sampled_from([0.0, 10.02, 10.3, 11.0, 3600.0]))
+    def an_operator_shows_a_certificate_that_ends(self, second, seconds):
+        tower = self.world.towers[second]
+        self.world.recognised.ends_ns[tower.name] = self.world.now_ns + round(seconds * 1e9)
+        self.world.tick(leases=[tower]).run(0.2)
+
+    @rule(second=st.booleans(), again=st.booleans())
+    def a_certificate_is_revoked_and_may_come_back(self, second, again):
+        revoked, name = self.world.recognised.revoked, self.world.towers[second].name
+        revoked.add(name)
+        self.world.run(0.05)
+        if again:
+            revoked.discard(name)
+
+    @rule(
+        action=st.sampled_from(Supervision),
+        stop=st.booleans(),
+        forged=st.sampled_from([False, False, True]),
+        stale=st.sampled_from([False, False, True]),
+        operator=st.sampled_from(["", "ann", "bob"]),
+    )
+    def a_supervisor_orders(self, action, stop, forged, stale, operator):
+        self.world.order(action, stop=stop, forged=forged, stale=stale, operator=operator)
+        self.world.tick().run(0.05)
+
     @rule(number=st.integers(1, 3))
     def stop_is_pressed(self, number):
         self.world.ear.events("tower_stop").put(stop(number), self.world.now_ns)
@@ -190,6 +216,34 @@ class AnyOrder(RuleBasedStateMachine):
         """Also after a story in which a rule broke: then this breaks it again."""
         if hasattr(self, "world"):
             self.world.witness.everybody_is_lost(self.world)
+
+
+@pytest.mark.parametrize("how", ["an order", "a revoked certificate", "a certificate that ends"])
+def test_whoever_loses_the_lease_drives_no_longer_in_that_very_cycle_whatever_he_goes_on_to_send(how):
+    world = STARTS["driven by the operator"]()
+    ann = world.towers[0]
+    ann.acceleration = 1.0
+    world.run(0.5)
+    assert world.out.applied.acceleration_m_s2 > 0.0
+    if how == "an order":
+        world.order(Supervision.REVOKE, stop=True)
+    elif how == "a revoked certificate":
+        world.recognised.revoked.add("ann")
+    else:
+        world.recognised.ends_ns["ann"] = world.now_ns + 10 * 10**9 + 100 * MS
+        world.tick(leases=[ann]).run(0.08)
+        assert world.out.mode is Mode.REMOTE
+    world.tick()
+    assert world.out.mode is Mode.SAFE_STOP and world.witness.owner is None
+    world.run(6.0)
+    assert world.out.mode is Mode.STOPPED
+
+
+def test_an_order_that_no_supervisor_signed_or_of_a_lease_of_before_takes_nothing_away():
+    world = STARTS["driven by the operator"]()
+    for wrong in ({"forged": True}, {"stale": True}):
+        world.order(Supervision.REVOKE, stop=True, **wrong)
+        assert world.tick().out.mode is Mode.REMOTE and not world.out.supervision_replies[0].done
 
 
 @pytest.mark.parametrize(

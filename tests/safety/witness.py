@@ -7,11 +7,11 @@ be obeyed (by who sent them, and when they arrived), how long somebody has been 
 from collections import Counter
 from math import atan, cos, isfinite, tan
 
-from tests.safety.world import CAR, LIMITS
+from tests.safety.world import CAR, FOREVER_NS, LIMITS
 from vehicle_gateway.safe_stop import stopping_distance_m
 from wire.messages.automation import ZoneKind
 from wire.messages.base import Gear
-from wire.messages.session import Action, LeaseReply, Outcome
+from wire.messages.session import Action, LeaseReply, Outcome, Supervision
 from wire.messages.vehicle import Mode
 from wire.road import wrap_angle
 
@@ -53,6 +53,7 @@ class Witness:
         self.held_since_ns = None  # since when somebody in the seat steers or brakes
         self.stop_from = None  # where a safe stop began: (travelled, speed)
         self.previous, self.first = (0.0, 0.0), True
+        self.ends_ns = FOREVER_NS  # when the certificate ends that the lease was granted to
         self.sure_since_ns = None  # since when the gateway could know where it is, without a gap
 
     # accounts -------------------------------------------------------------------------------------------------------------
@@ -89,6 +90,14 @@ class Witness:
             held = feedback.seat_occupied and (abs(feedback.driver_torque_nm) > 3.0 or feedback.driver_brake > 0.1)
             self.held_since_ns = (now_ns if self.held_since_ns is None else self.held_since_ns) if held else None
         self.stop_pressed = self.stop_pressed or bool(inputs.stop_number)
+        if self._is_taken_away(world):
+            self.owner, self.epoch, self.right_ns = None, 0, NEVER
+
+    def _is_taken_away(self, world):
+        """The lease from its holder: his certificate is revoked or ends in ten seconds, or a supervisor's order was obeyed."""
+        orders = zip(world.inputs.supervision_requests, world.out.supervision_replies, strict=True)
+        revoked = any(order.action is Supervision.REVOKE and reply.done for order, reply in orders)
+        return revoked or self.owner in world.recognised.revoked or world.now_ns >= self.ends_ns - 10_000 * MS
 
     def _account_answers(self, world):
         """After the cycle: who holds what from now on."""
@@ -104,6 +113,8 @@ class Witness:
                 assert epoch > max(self.epochs), "an epoch was given twice"
                 self.epochs.append(epoch)
                 self.epoch, self.right_ns = epoch, NEVER  # the new right begins with the first command that carries it
+            if isinstance(answer, LeaseReply):
+                self.ends_ns = world.recognised.ends_ns.get(tower.name, FOREVER_NS)
             if action is Action.CLEAR:
                 self.stop_pressed = False
 

@@ -36,12 +36,14 @@ from wire.messages.automation import (
 from wire.messages.base import Gear, Message
 from wire.messages.operating import DriveCommand, TowerStop
 from wire.messages.sensing import CameraStatus
-from wire.messages.session import Action, HandOverRequest, LeaseReply, LeaseRequest, Outcome
+from wire.messages.session import Action, HandOverRequest, LeaseReply, LeaseRequest, Outcome, SupervisionRequest
 from wire.messages.vehicle import Mode, VehicleDescription
 from wire.road import wrap_angle
 from wire.signature import sign
 
 MS = 1_000_000
+FOREVER_NS = 2**62
+EVE = "signed by eve"  # the supervisor
 SHIPPED: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 CAR = replace(SHIPPED, cameras=SHIPPED.cameras[:1])
 BUS = car_bus_of(CanSettings(), CAR)
@@ -123,16 +125,22 @@ class Ear:
 
 
 class Recognised:
-    """Whose certificate asks, without certificates: everybody's is his own and ends long after the story."""
+    """Whose certificate asks, without certificates: everybody's is his own. It ends long after the story unless it is said to."""
+
+    def __init__(self):
+        self.ends_ns: dict[str, int] = {}  # by operator, what he shows when he asks for the lease
+        self.revoked: set[str] = set()  # operators
 
     def operator(self, request, _):
-        return Identity(name=f"tower-{request.operator}", operator=request.operator, fingerprint="f", ends_ns=2**62)
+        ends_ns = self.ends_ns.get(request.operator, FOREVER_NS)
+        return Identity(name=f"tower-{request.operator}", operator=request.operator, fingerprint="f", ends_ns=ends_ns)
 
-    def supervisor(self, _, __):
-        return Identity(rule="nobody supervises here")
+    def supervisor(self, request, _):
+        eve = Identity(name="tower-eve", operator="eve", fingerprint="e", ends_ns=FOREVER_NS)
+        return eve if request.signature == EVE else Identity(rule="not signed by a supervisor")
 
-    def is_revoked(self, _):
-        return False
+    def is_revoked(self, name):
+        return name.removeprefix("tower-") in self.revoked
 
 
 class Tower:
@@ -189,6 +197,7 @@ class World:
         self.scenes = True
         self.status, self.auto_acceleration, self.auto_steer = FIT, 0.5, 0.0
         self.boots = self.ticks = 0
+        self.recognised = Recognised()
         self.witness = None  # set by who watches: told of every arrival, every cycle and every start
         self.disk = remembered or Remembered()
         self.boot()
@@ -202,7 +211,7 @@ class World:
             self.witness.saw_start()
         self.boot_id = f"boot {self.boots}"
         self.ear = Ear()
-        self.inbox = Inbox(self.ear, self.boot_id, Recognised(), SimpleNamespace(now_ns=lambda: self.now_ns), BUS)
+        self.inbox = Inbox(self.ear, self.boot_id, self.recognised, SimpleNamespace(now_ns=lambda: self.now_ns), BUS)
         self.state: State = recalled_state(self.disk, self.boot_id, self.now_ns, self.utc_ns)
         self.reserved = self.disk.epoch_reserved + EPOCH_BLOCK
         self.disk = replace(self.disk, epoch_reserved=self.reserved)
@@ -305,6 +314,21 @@ class World:
         )
         self.ear.asked["lease"](request, lambda reply: self.replies.append((tower, None, reply)))
 
+    def order(self, action, *, stop=False, forged=False, stale=False, operator=""):
+        """What a supervisor asks; the next cycle decides. stale: of a lease that he no longer sees as it is."""
+        request = SupervisionRequest(
+            action=action,
+            lease_epoch=self.state.lease.epoch - stale,
+            operator=operator,
+            reason="seen from above",
+            stop=stop,
+            sent_ns=0,
+            echoed_vehicle_ns=self.now_ns,
+            echoed_boot_id=self.boot_id,
+            signature="" if forged else EVE,
+        )
+        self.ear.asked["supervision"](request, lambda _: None)
+
     def _ask_hand_over(self, tower, action):
         tower.number += 1
         bare = HandOverRequest(
@@ -327,6 +351,7 @@ class World:
             (*waiting.lease, *waiting.hand_over), (*self.out.lease_replies, *self.out.hand_over_replies), strict=True
         ):
             reply(answer)
+        assert len(waiting.supervision) == len(self.out.supervision_replies), "a supervisor's question has no answer"
         for tower, _, answer in self.replies:
             self._told(tower, answer)
         self.answers, self.replies = self.replies, []
