@@ -132,11 +132,17 @@ def on_wheels(estimate: Estimate, wheels: WheelSpeeds, wheelbase_m: float, setti
 
 
 def on_gnss(estimate: Estimate, gnss: Gnss, settings: LocalizationSettings) -> Estimate:
-    """Position, then heading. A late fix is compared with where the filter says the car was then."""
+    """Position, then heading. A late fix is compared with where the filter says the car was then.
+
+    Of a fix whose position is rejected the heading is not believed either: one that stands still fits a straight road, holds the
+    heading there and lets the gyro's bias explain every turn.
+    """
     moved = advance(estimate, gnss.stamp_ns, settings)
     then = pose_at(moved, gnss.stamp_ns)
     variance = max(gnss.deviation_m, settings.gnss_least_m) ** 2
     moved = _correct_position(moved, gnss.x_m - then.x_m, gnss.y_m - then.y_m, variance)
+    if moved.rejected_in_a_row:
+        return moved
     turn = wrap_angle(gnss.heading_rad - pose_at(moved, gnss.stamp_ns).heading_rad)
     moved, _ = _correct(moved, HEADING, turn, gnss.heading_deviation_rad**2 + 1e-6, CHI_SQUARE_1)
     return moved

@@ -1,6 +1,6 @@
 """Localization against a car whose true motion is a circle or a straight, computed by the circle's own formula."""
 
-from math import cos, pi, sin
+from math import cos, hypot, pi, sin
 from random import Random
 
 import pytest
@@ -87,6 +87,30 @@ def test_a_fix_far_off_is_rejected_and_counted_and_one_good_fix_clears_the_count
     after = pose_at(estimate, 5_000_000_000)
     assert after.x_m == pytest.approx(before.x_m, abs=0.02)
     assert on_gnss(estimate, gnss(5.0, (x, y, heading)), SETTINGS).rejected_in_a_row == 0
+
+
+@pytest.mark.parametrize("rate_hz", [10, 50])
+def test_a_receiver_that_stands_still_with_fresh_stamps_does_not_hide_a_turn(rate_hz: int) -> None:
+    """Straight on for two seconds; then its fixes stand still, and half a second later the car turns for five."""
+    turn_rad_s, stuck_s, turns_s, end_s = -0.045, 2.0, 2.5, 7.5
+
+    def place(t: float) -> tuple[float, float, float]:
+        turned, radius = turn_rad_s * max(t - turns_s, 0.0), SPEED / turn_rad_s
+        return SPEED * min(t, turns_s) + radius * sin(turned), radius * (1 - cos(turned)), turned
+
+    random, estimate = Random(5), start(gnss(0.0, place(0.0)), SETTINGS)
+    for tick in range(1, round(end_s * 100) + 1):
+        t = tick / 100
+        rate = turn_rad_s if t > turns_s else 0.0
+        estimate = on_imu(estimate, imu(t, random.gauss(rate + 0.004, 0.003)), SETTINGS)
+        if tick % 2 == 0:
+            estimate = on_wheels(estimate, wheels(t, random.gauss(SPEED, 0.03), rate * 2.7 / SPEED), 2.7, SETTINGS)
+        if tick % (100 // (rate_hz if t > stuck_s else 10)) == 0:
+            estimate = on_gnss(estimate, gnss(t, place(min(t, stuck_s))), SETTINGS)
+    pose, (x, y, heading) = pose_at(estimate, round(end_s * 1e9)), place(end_s)
+    assert estimate.rejected_in_a_row > 20
+    assert pose.heading_rad == pytest.approx(heading, abs=0.03)
+    assert hypot(pose.x_m - x, pose.y_m - y) < 0.6
 
 
 def test_a_late_fix_does_not_pull_the_car_back() -> None:
