@@ -72,7 +72,7 @@ def run(config: Path, stop: threading.Event) -> int:
             for state, outputs in cycles(pace, newest.inputs, setup):
                 _publish(link, outputs, setup)
                 if outputs.decision is not None:
-                    given, view = next_view(given, outputs.decision, state.now_ns)
+                    given, view = next_view(given, outputs.decision, outputs.predictions, state.now_ns)
                     link.publish("planner_view", view)
                 if state.sequence % SLOWLY_CYCLES == 1:
                     link.publish("road_map", setup.road.map)

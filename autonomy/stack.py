@@ -18,7 +18,7 @@ from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose
 from autonomy.perception.tracking import TrackList, in_map_frame, update
 from autonomy.planning.among_people import around, capped, counting
 from autonomy.planning.braking_planner import Plan, Situation, plan
-from autonomy.planning.horizon import PLAN_PERIOD_S
+from autonomy.planning.horizon import PLAN_PERIOD_S, Predictions
 from autonomy.planning.route import Shift, own_lane
 from autonomy.planning.speed_limits import Ceiling, StopPoint, ceiling
 from autonomy.planning.topology import Decision, TopologyState
@@ -47,6 +47,11 @@ class Outputs:
     scene: Scene | None = None
     judged: Judged | None = None  # the monitor's step, for the recording
     decision: Decision | None = None  # among people, while the automation drives, to look at
+    predictions: Predictions | None = None  # whom it was made among
+
+
+Thought = tuple[Decision | None, Predictions | None]  # among people: what was decided, and among whom
+NOTHING: Thought = (None, None)
 
 
 def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[StackState, Outputs]:
@@ -56,19 +61,21 @@ def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[
     state = replace(
         state, now_ns=now_ns, sequence=state.sequence + 1, estimate=estimate, driving=drives(inputs.gateway, state.driving)
     )
-    command = scene = judged = decision = None
+    command = scene = judged = None
+    thought = NOTHING
     if estimate is not None:
         place = _place(estimate, state, setup)
         tracks = _perceived(state, estimate, inputs, setup)
         state = replace(state, place=place, tracks=tracks, used=inputs)
         if now_ns >= state.plan_due_ns:
-            state, decision = _planned(state, place, inputs, setup)
+            state, thought = _planned(state, place, inputs, setup)
             state, judged = _judged(state, estimate, place, inputs, setup)
             scene = scene_of(state, estimate, place, inputs, setup)
         if state.plan is not None:
             state, command = _controlled(state, state.plan, place, inputs, dt_s, setup)
     state, status = _reported(replace(state, used=inputs), inputs, setup)
-    return state, Outputs(command=command, status=status, scene=scene, judged=judged, decision=decision if state.driving else None)
+    decision, predictions = thought
+    return state, Outputs(command=command, status=status, scene=scene, judged=judged, decision=decision, predictions=predictions)
 
 
 def _localized(state: StackState, inputs: Inputs, setup: Setup) -> Estimate | None:
@@ -106,7 +113,7 @@ def _perceived(state: StackState, estimate: Estimate, inputs: Inputs, setup: Set
     return update(state.tracks, seen, objects.stamp_ns, settings)
 
 
-def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Decision | None]:
+def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Thought]:
     situation = Situation(
         now_ns=state.now_ns,
         road=setup.road,
@@ -117,7 +124,7 @@ def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> t
         slowing=state.slowing if state.driving else None,
     )
     made = plan(situation, _before(state, place, setup), setup.settings.planning)
-    state, decision = _among_people(state, situation, made, place, inputs, setup)
+    state, thought = _among_people(state, situation, made, place, inputs, setup)
     waiting = wait_on(
         state.waiting,
         state.now_ns,
@@ -127,7 +134,7 @@ def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> t
         lost=state.topology.lost,
     )
     due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
-    return replace(state, plan_due_ns=due, waiting=waiting), decision
+    return replace(state, plan_due_ns=due, waiting=waiting), thought
 
 
 def _before(state: StackState, place: Place, setup: Setup) -> Plan | None:
@@ -140,7 +147,7 @@ def _before(state: StackState, place: Place, setup: Setup) -> Plan | None:
 
 def _among_people(
     state: StackState, situation: Situation, made: Plan, place: Place, inputs: Inputs, setup: Setup
-) -> tuple[StackState, Decision | None]:
+) -> tuple[StackState, Thought]:
     """How people are passed; `made` says how fast at most. Not when somebody drives, or is to take over: nobody would use it.
 
     But a loss is looked at until it is over, also while it is what somebody is asked to take over for.
@@ -152,15 +159,16 @@ def _among_people(
         before = taken.trajectory if taken is not None else None
         asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before)
     if asked is None:
-        return replace(state, plan=made, topology=TopologyState(), way=None), None
+        return replace(state, plan=made, topology=TopologyState(), way=None), NOTHING
     topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology, _since_plan_s(state))
     if is_open:
-        return replace(state, plan=made, topology=topology, way=None), None
+        return replace(state, plan=made, topology=topology, way=None), NOTHING
+    thought = decision, asked.predictions
     if decision.braking:
-        return replace(state, plan=made, topology=topology), decision
+        return replace(state, plan=made, topology=topology), thought
     found = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
     made = replace(made, points=tuple((float(x), float(y)) for x, y in found.states[:, :2]))
-    return replace(state, plan=made, topology=topology, way=Way(found_ns=state.now_ns, reference=of_trajectory(found))), decision
+    return replace(state, plan=made, topology=topology, way=Way(found_ns=state.now_ns, reference=of_trajectory(found))), thought
 
 
 def _since_plan_s(state: StackState) -> float:

@@ -12,6 +12,7 @@ from typing import IO, Any
 import msgspec
 from mcap.reader import make_reader
 
+from recordings import planner_scene
 from recordings.compressed_video import decode_video
 from recordings.errors import DAMAGE, RecordingError
 from recordings.writer import UNDECODABLE, VIDEO, Undecodable
@@ -96,7 +97,7 @@ class Recording:
         """(topic, log_ns, payload as the recorder received it) of everything from `from_ns` on, in the order of log_time."""
         try:
             for _, channel, record in self._reader.iter_messages(starting_at=from_ns):
-                if channel.topic == UNDECODABLE:
+                if channel.topic in (UNDECODABLE, planner_scene.TOPIC):  # ours, of no sender
                     continue
                 if channel.topic.startswith(f"{VIDEO}/"):
                     yield VIDEO, record.log_time, pack_picture(_picture(channel, record))

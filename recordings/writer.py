@@ -1,4 +1,5 @@
-"""One drive as an MCAP file: every payload as it came, one channel per topic, one video channel per camera.
+"""One drive as an MCAP file: every payload as it came, one channel per topic, one video channel per camera; and for a 3D panel
+what the planner among people weighed, drawn.
 
 A payload that does not decode as its topic's type is kept apart: as base64 in the channel "undecodable", and counted,
 so that a reader may rely on every other channel. Never overwrites a file; never waits for the disk to sync (a killed
@@ -14,15 +15,17 @@ from typing import IO, Any
 
 from mcap.writer import CompressionType, Writer
 
-from recordings import compressed_video
+from recordings import compressed_video, planner_scene
 from recordings.errors import RecordingError
 from recordings.provenance import Provenance
 from recordings.schemas import json_schema
 from recordings.stamps import Clocks, publish_time_ns, stamp_field
 from wire.messages import base
+from wire.messages.automation import PlannerView
 from wire.messages.base import Message, Text, TimeNs, decoder, encode
 from wire.messages.operating import OperatorStatus
 from wire.picture import unpack_picture
+from wire.scene_schema import SCHEMA, SCHEMA_NAME
 from wire.software import PACKAGE
 from wire.topics import TOPICS
 
@@ -57,6 +60,7 @@ class DriveWriter:
         self._channels: dict[str, _Channel] = {}
         self._cameras: dict[str, int] = {}
         self._video_schema = 0
+        self._scenes = 0  # channel
         self.added: Counter[str] = Counter()  # messages by topic
         self.undecodable: Counter[str] = Counter()  # of them, kept apart, by topic
         self._mcap: Any = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
@@ -91,7 +95,16 @@ class DriveWriter:
             self._clocks = Clocks(utc_minus_vehicle_ns=self._clocks.utc_minus_vehicle_ns, tower_offset_ns=message.clock_offset_ns)
         stamp_ns = getattr(message, channel.stamp) if channel.stamp else None
         log_ns = received_ns + self._clocks.utc_minus_vehicle_ns
-        self._mcap.add_message(channel.number, log_ns, payload, publish_time_ns(stamp_ns, log_ns, channel.from_car, self._clocks))
+        publish_ns = publish_time_ns(stamp_ns, log_ns, channel.from_car, self._clocks)
+        self._mcap.add_message(channel.number, log_ns, payload, publish_ns)
+        if isinstance(message, PlannerView):
+            self._add_scene(message, log_ns, publish_ns)
+
+    def _add_scene(self, view: PlannerView, log_ns: int, publish_ns: int) -> None:
+        self._scenes = self._scenes or self._mcap.register_channel(
+            planner_scene.TOPIC, "protobuf", self._mcap.register_schema(SCHEMA_NAME, "protobuf", SCHEMA)
+        )
+        self._mcap.add_message(self._scenes, log_ns, planner_scene.encode_scene(view, publish_ns), publish_ns)
 
     def _add_picture(self, payload: bytes, received_ns: int) -> None:
         picture = unpack_picture(payload)

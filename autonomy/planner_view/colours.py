@@ -1,17 +1,12 @@
-"""Which colour a guidance class has: its own, for as long as it is there, and never one that another class beside it has. Pure.
-
-Source of the colours: Okabe and Ito, "Color Universal Design", 2008: told apart by every kind of colour vision.
-"""
+"""Which colour a guidance class has: its own, for as long as it is there, and never one that another class beside it has. Pure."""
 
 from collections.abc import Iterable
 
 from autonomy.planning.topology import BRAKING, UNGUIDED
+from wire import planner_colours
+from wire.planner_colours import CLASSES, Rgb
 
-Rgb = tuple[int, int, int]
-BLUE, ORANGE, GREEN, PURPLE, SKY = (0, 114, 178), (230, 159, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233)
-VERMILION, BLACK = (213, 94, 0), (0, 0, 0)
-CLASSES: tuple[Rgb, ...] = (BLUE, ORANGE, GREEN, PURPLE, SKY)  # at most four ways are there at once
-OTHERS: dict[int, Rgb] = {UNGUIDED: (70, 70, 76), BRAKING: VERMILION}
+OTHERS: dict[int, Rgb] = {UNGUIDED: planner_colours.UNGUIDED, BRAKING: planner_colours.BRAKING}
 REMEMBERED = 50  # classes that are gone; a drive has no end of them
 Given = dict[int, int]  # identity of a class, its place in CLASSES; the one shown longest ago first
 

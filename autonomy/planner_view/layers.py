@@ -6,7 +6,7 @@ from math import cos, sin
 import numpy as np
 
 from autonomy.car_shape import CarShape
-from autonomy.planner_view.colours import Given, Rgb, colour
+from autonomy.planner_view.colours import Given, colour
 from autonomy.planner_view.watched import Cycle
 from autonomy.planning.crossings.drive import THING_0, TRACK_0
 from autonomy.planning.crossings.scenario import PERSON_RADIUS_M, World
@@ -15,6 +15,7 @@ from autonomy.planning.guidance.state import Code
 from autonomy.planning.guidance.winding import Side
 from autonomy.planning.horizon import STEP_S, Floats, Predictions
 from autonomy.planning.topology import BRAKING, UNGUIDED, Candidate, Decision
+from wire.planner_colours import Rgb
 
 EDGE_STEP_M = 1.0
 SECOND = round(1.0 / STEP_S)  # stages

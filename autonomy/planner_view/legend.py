@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from autonomy.planner_view.colours import Rgb
 from autonomy.planner_view.layers import View, Way
-from autonomy.planner_view.pens import BOLD, BROKEN, CAR, CAR_LINE, DOTTED, INK, PAPER, PERSON, THICK, THIN
+from autonomy.planner_view.pens import BOLD, BROKEN, CAR, CAR_LINE, DOTTED, PAPER, THICK, THIN
 from autonomy.planner_view.sheet import HEAVY, REGULAR, Sheet
 from autonomy.planning.horizon import Floats
 from autonomy.planning.topology import BRAKING
+from wire.planner_colours import INK, PERSON, Rgb
 
 HIGH_PX = 240
 LINE_PX, SIZE_PX = 34, 23

@@ -1,13 +1,11 @@
 """Colours and widths that all drawings share: what is not a guidance class has no hue, so that theirs stand out."""
 
-from autonomy.planner_view.colours import Rgb
+from wire.planner_colours import STANDS, Rgb
 
 PAPER: Rgb = (255, 255, 255)
 ROAD: Rgb = (238, 239, 241)
 GRAPH: Rgb = (170, 176, 184)
-INK: Rgb = (34, 36, 40)
-WALL: Rgb = (88, 80, 74)
-PERSON: Rgb = (92, 98, 108)
+WALL = STANDS
 UNSEEN: Rgb = (150, 154, 160)
 CAR: Rgb = (150, 158, 168)
 CAR_LINE: Rgb = (20, 22, 26)

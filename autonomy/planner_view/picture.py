@@ -8,26 +8,11 @@ import numpy as np
 from autonomy.planner_view.layers import Person, View, Way, circle
 from autonomy.planner_view.legend import HIGH_PX as LEGEND_PX
 from autonomy.planner_view.legend import draw_legend
-from autonomy.planner_view.pens import (
-    ACROSS,
-    BOLD,
-    BROKEN,
-    CAR,
-    CAR_LINE,
-    DOTTED,
-    GRAPH,
-    INK,
-    PAPER,
-    PERSON,
-    ROAD,
-    THICK,
-    THIN,
-    UNSEEN,
-    WALL,
-)
+from autonomy.planner_view.pens import ACROSS, BOLD, BROKEN, CAR, CAR_LINE, DOTTED, GRAPH, PAPER, ROAD, THICK, THIN, UNSEEN, WALL
 from autonomy.planner_view.sheet import HEAVY, Pixels, Sheet
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import STEP_S, Floats
+from wire.planner_colours import INK, PERSON
 
 WIDE_PX, HIGH_PX = 1600, 760  # of the street; even, as films want it
 SHOWN_M = 32.0  # of the street, left to right

@@ -8,10 +8,11 @@ from mcap.writer import CompressionType, Writer
 from msgspec.json import encode
 
 from autonomy.planner_view.layers import View
-from autonomy.planner_view.scene_schema import SCHEMA, SCHEMA_NAME
-from autonomy.planner_view.scene_update import NANOSECONDS, scene_update
+from autonomy.planner_view.scene_update import scene_update
 from autonomy.planner_view.watched import Cycle
 from autonomy.planning.crossings.driver import CAR
+from wire.scene_draw import NANOSECONDS
+from wire.scene_schema import SCHEMA, SCHEMA_NAME
 from wire.software import PACKAGE, software
 
 SCENE, FIGURES = "planner_scene", "planner_cycle"

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from autonomy.planner_view.colours import Rgb
 from autonomy.planning.horizon import Floats
+from wire.planner_colours import Rgb
 
 Pixels = NDArray[np.uint8]
 Fixed = NDArray[np.int32]

@@ -142,15 +142,18 @@ def test_among_people_the_braking_planner_would_go_on_from_where_the_car_is_in_i
     setup = setup_for(world.road, "topology")
     x, y, _ = world.road.to_world(58.0, -2.85)
     world.static, gaps, shifts = [("cone", x, y, 0.2)], [], set()
+    seen: set[int] = set()
     for tick in range(500):
         state, outputs = step(state, world.sense(Mode.AUTONOMOUS, tick), world.now_ns, setup)
         if outputs.command is not None:
             world.move(outputs.command.road_wheel_angle_rad, outputs.command.acceleration_m_s2, 0.01)
         if outputs.decision is not None and state.way is not None and state.plan is not None:
             station, offset = world.place
+            assert outputs.predictions is not None and outputs.predictions.count <= 1  # the cone, when it is near: to look at
+            seen |= set(outputs.predictions.numbers)
             gaps.append(abs(state.plan.shift.at(station) - (offset - world.road.own_lane_offset_m)))
             shifts.add(round(state.plan.shift.end_m, 2))
-    assert len(shifts) > 1  # it would have gone aside
+    assert len(shifts) > 1 and len(seen) == 1  # it would have gone aside
     assert max(gaps[2:]) < 0.2  # as far as the car is believed elsewhere than it is
 
 

@@ -12,14 +12,13 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from typer.testing import CliRunner
 
-from autonomy.planner_view.colours import BLUE, CLASSES, OTHERS, give
+from autonomy.planner_view.colours import OTHERS, give
 from autonomy.planner_view.film import write_film
 from autonomy.planner_view.layers import View, label, outline, street_of, told, two_sigma, view
 from autonomy.planner_view.message import planner_view
 from autonomy.planner_view.picture import HIGH_PX, WIDE_PX, Camera, camera_over, picture
 from autonomy.planner_view.plan import shown_of, verdict_lines
 from autonomy.planner_view.record import FIGURES, SCENE, write_recording
-from autonomy.planner_view.scene_schema import SceneUpdate
 from autonomy.planner_view.scene_update import scene_update
 from autonomy.planner_view.sheet import Sheet, dashed
 from autonomy.planner_view.watched import Cycle, Watched, cycle_at, different, most_telling
@@ -33,6 +32,8 @@ from autonomy.planning.topology import BRAKING, UNGUIDED, Around, TopologySettin
 from autonomy.program import application
 from wire.messages.automation import PlannerView
 from wire.messages.base import decoder, encode
+from wire.planner_colours import BLUE, CLASSES
+from wire.scene_schema import SceneUpdate
 
 WORLD = world_of(read_crossing(find_crossing("things"))[0], 0)
 VERDICT = Verdict(duration_s=23.0, collided=False, timed_out=False, mean_speed_m_s=1.7, closest_m=0.8, off_road_m=0.0, braked=2)
@@ -225,14 +226,52 @@ def test_foxglove_is_told_the_same_places(shown: View) -> None:
 
 
 def test_the_message_for_an_operators_window_is_valid_and_says_the_same(cycle: Cycle, watched: Watched, shown: View) -> None:
-    said = decoder(PlannerView).decode(encode(planner_view(cycle.decision, given_to(cycle), 5)))
+    said = decoder(PlannerView).decode(encode(planner_view(cycle.decision, cycle.seen.predictions, given_to(cycle), 5)))
     assert [way.identity for way in said.ways if way.chosen] == [shown.ways[0].identity]
     for way in shown.ways:
         same = next(each for each in said.ways if each.identity == way.identity)
         assert np.array(same.trajectory) == pytest.approx(way.trajectory_m)
         assert way.identity < 0 or CLASSES[same.colour] == way.colour
-    braking = decoder(PlannerView).decode(encode(planner_view(watched.cycles[1].decision, {}, 5)))
-    assert [way.identity for way in braking.ways if way.chosen] == [BRAKING]
+    braking = decoder(PlannerView).decode(encode(planner_view(watched.cycles[1].decision, None, {}, 5)))
+    assert [way.identity for way in braking.ways if way.chosen] == [BRAKING] and braking.people == ()
+
+
+def test_the_message_has_everybody_with_where_they_are_expected_and_how_surely(cycle: Cycle, shown: View) -> None:
+    said = decoder(PlannerView).decode(encode(planner_view(cycle.decision, cycle.seen.predictions, given_to(cycle), 5)))
+    assert [label(person.number) for person in said.people] == [person.label for person in shown.people]
+    for person, same in zip(said.people, shown.people, strict=True):
+        assert person.radius_m == same.radius_m
+        assert (len(person.places) == 1) is same.stands
+        for second, at in enumerate(person.places):
+            assert (at.x_m, at.y_m) == pytest.approx(tuple(same.means_m[5 * second]))
+        for at, ring in zip(person.places[1:], same.two_sigma_m, strict=True):
+            away = np.linalg.norm(ring - (at.x_m, at.y_m), axis=1)
+            assert (2 * at.wide_m, 2 * at.long_m) == pytest.approx((away.min(), away.max()))
+
+
+COVARIANCES = [((0.9, 0.4), (0.4, 0.3)), ((0.3, -0.4), (-0.4, 0.9)), ((0.2, 0.0), (0.0, 0.8)), ((0.5, 0.0), (0.0, 0.5))]
+
+
+@pytest.mark.parametrize("covariance", COVARIANCES)
+def test_an_ellipse_of_the_message_is_that_of_its_covariance(cycle: Cycle, covariance: tuple[tuple[float, float], ...]) -> None:
+    """Put together again from its axes."""
+    people = cycle.seen.predictions
+    slanted = replace(people, covariances_m2=np.broadcast_to(np.array(covariance), people.covariances_m2.shape))
+    place = next(each for each in planner_view(cycle.decision, slanted, {}, 5).people if len(each.places) > 1).places[3]
+    axis = np.array((np.cos(place.axis_rad), np.sin(place.axis_rad)))
+    across = np.array((-axis[1], axis[0]))
+    again = place.long_m**2 * np.outer(axis, axis) + place.wide_m**2 * np.outer(across, across)
+    assert again == pytest.approx(np.array(covariance)) and place.long_m >= place.wide_m
+
+
+def test_who_is_no_number_is_left_out_of_the_message(cycle: Cycle) -> None:
+    people = cycle.seen.predictions
+    broken = replace(people, positions_m=people.positions_m.copy(), covariances_m2=people.covariances_m2.copy())
+    broken.positions_m[5, 0] = np.nan
+    broken.covariances_m2[10, 1] = np.nan
+    said = planner_view(cycle.decision, broken, given_to(cycle), 5)
+    assert [person.number for person in said.people] == list(people.numbers[2:])
+    assert decoder(PlannerView).decode(encode(said)) == said
 
 
 def test_a_recording_has_a_scene_and_figures_for_every_cycle(tmp_path: Path, watched: Watched) -> None:

@@ -16,7 +16,6 @@ from tower.window.looks import AMBER, VERMILION
 from tower.window.picture_age import PictureSeen
 from tower.window.picture_layout import Box
 from tower.window.road_model import loop_s, road_view
-from tower.window.road_view import CLASSES
 from tower.window.sights import Sights
 from tower.window.view_model import view_model
 from tower.window.views import LineKind
@@ -24,11 +23,12 @@ from vehicle_gateway.safe_stop import StopLimits
 from vehicle_gateway.video.render.projection import project
 from wire.configuration import read_sections, shipped
 from wire.latest import Received
-from wire.messages.automation import PlannedWay, PlannerView, Reason, Scene, TakeoverRequest
+from wire.messages.automation import PlannedWay, PlannerView, PredictedPerson, PredictedPlace, Reason, Scene, TakeoverRequest
 from wire.messages.base import Gear
 from wire.messages.operating import OperatorStatus
 from wire.messages.sensing import Pose as MapPose
 from wire.messages.vehicle import Actuation, GatewayStatus, Mode, StopWay, VehicleDescription, VehicleState
+from wire.planner_colours import CLASSES
 
 CAR = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
 NOW = 50_000_000_000_000
@@ -291,13 +291,15 @@ def test_what_the_planner_weighs_is_drawn_while_the_car_drives(mode: Mode) -> No
     assert shown is (mode in (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED))
 
 
-def test_the_chosen_one_lies_on_top_and_what_is_not_feasible_is_left_out() -> None:
+def test_the_chosen_one_lies_on_top_and_what_is_not_feasible_under_what_is() -> None:
     view = road_view(sights(status(Mode.AUTONOMOUS), planner=Received(PLANNED, NOW)))
     assert view is not None
     kinds = [(line.kind, line.colour) for line in view.planned]
     assert kinds == [
         (LineKind.GUIDANCE, 1),
         (LineKind.GUIDANCE, 2),
+        (LineKind.GUIDANCE, 3),
+        (LineKind.NOT_FEASIBLE, 3),
         (LineKind.TRAJECTORY, 1),
         (LineKind.TRAJECTORY, None),
         (LineKind.CHOSEN, 2),
@@ -306,6 +308,27 @@ def test_the_chosen_one_lies_on_top_and_what_is_not_feasible_is_left_out() -> No
     assert road_view(sights(status(Mode.AUTONOMOUS), planner=Received(PLANNED, NOW - 1_001 * MS))) is None  # an old one
     assert road_view(sights(status(Mode.AUTONOMOUS), planner=Received(PLANNED, NOW), scene=None)) is None
     assert road_view(sights(status(Mode.AUTONOMOUS))) is None
+
+
+def place_at(x_m: float, y_m: float, long_m: float = 0.0, wide_m: float = 0.0, axis_rad: float = 0.0) -> PredictedPlace:
+    return PredictedPlace(x_m=100.0 + x_m, y_m=40.0 + y_m, long_m=long_m, wide_m=wide_m, axis_rad=axis_rad)
+
+
+def test_people_stand_on_the_road_with_where_they_are_expected_and_how_surely() -> None:
+    walks = PredictedPerson(number=4, radius_m=0.3, places=(place_at(14.0, -2.0), place_at(14.0, -1.0, 0.5, 0.2, np.pi / 2)))
+    thing = PredictedPerson(number=9, radius_m=0.4, places=(place_at(20.0, 2.0),))
+    there = sights(status(Mode.AUTONOMOUS), planner=Received(PlannerView(stamp_ns=NOW, ways=(), people=(walks, thing)), NOW))
+    view = road_view(there)
+    assert view is not None
+    assert [line.kind for line in view.planned] == [LineKind.UNCERTAINTY] * 3 + [LineKind.PERSON]
+    assert np.array(view.planned[-1].points) == pytest.approx(np.array(((14.0, -2.0), (14.0, -1.0))))
+    now, later, stands = (np.array(line.points) for line in view.planned[:3])
+    assert np.hypot(*(now - (14.0, -2.0)).T) == pytest.approx(0.3)
+    assert np.hypot(*(stands - (20.0, 2.0)).T) == pytest.approx(0.4)
+    assert np.abs(later - (14.0, -1.0)).max(axis=0) == pytest.approx((0.4, 1.0))  # two deviations, the longer to the left
+    assert later[0] == pytest.approx(later[-1])
+    row, column = pixel_of(14.0, 0.0, (1280, 720))  # the ring's left end
+    assert (drawn(there)[row - 2 : row + 3, column - 2 : column + 3] > 200).all(axis=-1).any()
 
 
 def test_planned_ways_lie_on_the_road_in_their_classes_colours() -> None:
@@ -318,5 +341,5 @@ def test_planned_ways_lie_on_the_road_in_their_classes_colours() -> None:
     for x_m in (12.0, 16.0, 20.0):
         assert has(x_m, -1.5, CLASSES[2]) and not has(x_m, -1.5, CLASSES[1])
         assert has(x_m, 1.5, CLASSES[1])
-        assert not has(x_m, 4.0, CLASSES[3])
+        assert has(x_m + 0.5, 4.0, CLASSES[3]) and not has(x_m + 1.5, 4.0, CLASSES[3])  # broken
     assert has(12.0, -0.75, (96, 96, 96))  # between them the road

@@ -5,6 +5,8 @@ car takes it; the place of a request as long as it is open; what the planner wei
 Nothing is drawn over a frozen picture: it is no longer the road.
 """
 
+from math import cos, pi, sin
+
 from tower.window.course import XY, Motion, Pose, Strip, in_car_frame, moved, predicted, stopping_distance_m, strip
 from tower.window.looks import known_mode
 from tower.window.picture_age import PictureState, age_ns, picture_state
@@ -13,7 +15,7 @@ from tower.window.projection import camera_named
 from tower.window.sights import Sights
 from tower.window.stop_way import way_held, way_of_corridor
 from tower.window.views import LineKind, PlannedLine, RoadView
-from wire.messages.automation import PlannedWay, Scene, WayPoints
+from wire.messages.automation import PlannedWay, PredictedPerson, Scene, WayPoints
 from wire.messages.base import Gear
 from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import Mode, VehicleDescription, VehicleState
@@ -24,6 +26,7 @@ _SHORTEST_M, _LONGEST_M = 7.0, 45.0
 _LOOP_MAX_S = 1.0  # beyond it the car has stopped by itself
 _SCENE_APART_MAX_S = 1.0
 _SHORTEST_STOP_M = 0.3  # a car that hardly moves shows no way it would hold
+_CORNERS = 16  # of a ring
 HELD = "held"
 _STOPS_ALONG = (Mode.REMOTE, Mode.HANDING_BACK, Mode.SAFE_STOP)
 _CAR_DRIVES = (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED)
@@ -133,19 +136,42 @@ def _place(sights: Sights) -> tuple[float, float] | None:
 
 
 def _planned(sights: Sights) -> tuple[PlannedLine, ...]:
-    """Guidance and what may be driven of what was made of it; what is not feasible is of no use to a person."""
+    """People and where they are expected; each guidance class, what was made of it, and the chosen one."""
     scene, planner = sights.fresh_scene, sights.fresh_planner
     if scene is None or planner is None:
         return ()
     at = _pose_at_capture(sights, scene)
     lines = [_line(points, kind, way, at) for way in planner.ways for points, kind in _drawn(way) if len(points) > 1]
+    lines += [each for person in planner.people for each in _expected(person, at)]
     return tuple(sorted(lines, key=lambda line: list(LineKind).index(line.kind)))
 
 
 def _drawn(way: PlannedWay) -> tuple[tuple[WayPoints, LineKind], ...]:
     if way.chosen:
         return (way.guidance, LineKind.GUIDANCE), (way.trajectory, LineKind.CHOSEN)
-    return ((way.guidance, LineKind.GUIDANCE), (way.trajectory, LineKind.TRAJECTORY)) if way.feasible else ()
+    return (way.guidance, LineKind.GUIDANCE), (way.trajectory, LineKind.TRAJECTORY if way.feasible else LineKind.NOT_FEASIBLE)
+
+
+def _expected(person: PredictedPerson, at: Pose) -> list[PlannedLine]:
+    """Its circle now; of who walks where it goes, and a ring two deviations around its place at every second."""
+    now, later = person.places[0], person.places[1:]
+    around = [ring(now.x_m, now.y_m, person.radius_m, person.radius_m, 0.0)]
+    around += [ring(each.x_m, each.y_m, 2.0 * each.long_m, 2.0 * each.wide_m, each.axis_rad) for each in later]
+    shapes = [(points, LineKind.UNCERTAINTY) for points in around]
+    if later:
+        shapes.append((tuple((each.x_m, each.y_m) for each in person.places), LineKind.PERSON))
+    return [
+        PlannedLine(points=tuple(in_car_frame(point, at.x_m, at.y_m, at.heading_rad) for point in points), kind=kind, colour=None)
+        for points, kind in shapes
+    ]
+
+
+def ring(x_m: float, y_m: float, long_m: float, wide_m: float, axis_rad: float) -> WayPoints:
+    """A closed line around a place, half axes and the direction of the longer one."""
+    along, across = cos(axis_rad), sin(axis_rad)
+    turns = [2.0 * pi * k / _CORNERS for k in range(_CORNERS)]
+    corners = [(long_m * cos(turn), wide_m * sin(turn)) for turn in [*turns, turns[0]]]
+    return tuple((x_m + u * along - v * across, y_m + u * across + v * along) for u, v in corners)
 
 
 def _line(points: WayPoints, kind: LineKind, way: PlannedWay, at: Pose) -> PlannedLine:

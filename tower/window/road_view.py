@@ -15,6 +15,7 @@ from tower.window.paint import Pixels, fill, ordered, pixels_within, stroke
 from tower.window.palette import Rgba
 from tower.window.projection import GroundCamera
 from tower.window.views import LineKind, RoadView
+from wire.planner_colours import CLASSES
 
 XY = tuple[float, float]
 Colour = tuple[int, int, int]
@@ -23,8 +24,14 @@ _SHOWN_TO = 0.80  # of the picture's height: below it are the bonnet and the pan
 _CASING = (12, 14, 18)
 _EDGE = (244, 247, 250)
 _FILL_SHARE = 0.26
-CLASSES: tuple[Colour, ...] = ((0, 114, 178), (230, 159, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233))  # Okabe and Ito, 2008
-_THICK = {LineKind.GUIDANCE: 0.8, LineKind.TRAJECTORY: 2.0, LineKind.CHOSEN: 4.5}  # design units
+_THICK = {  # design units
+    LineKind.UNCERTAINTY: 1.0,
+    LineKind.PERSON: 0.8,
+    LineKind.GUIDANCE: 0.8,
+    LineKind.NOT_FEASIBLE: 1.2,
+    LineKind.TRAJECTORY: 2.0,
+    LineKind.CHOSEN: 4.5,
+}
 _LABEL_SIZE = 20.0  # design units
 _MARK_M = 2.0  # height of the pole over the place of a request
 _LABEL: Rgba = (12, 14, 18, 255)
@@ -83,10 +90,16 @@ class _Pen:
 
 
 def _draw_planned(pen: _Pen, view: RoadView) -> None:
-    """A hair for a guidance, thin for what could be driven of it, thick for what is."""
+    """A hair for a guidance, thin for what could be driven of it, broken for what could not, thick for what is."""
     for line in view.planned:
         colour = _EDGE if line.colour is None else CLASSES[line.colour % len(CLASSES)]
-        pen.line(pen.at(line.points), _THICK[line.kind], colour)
+        for piece in _broken(line.points) if line.kind is LineKind.NOT_FEASIBLE else [line.points]:
+            pen.line(pen.at(piece), _THICK[line.kind], colour)
+
+
+def _broken(points: Sequence[XY]) -> list[Sequence[XY]]:
+    """Every second piece."""
+    return [points[k : k + 2] for k in range(0, len(points) - 1, 2)]
 
 
 def _draw_path(pen: _Pen, view: RoadView) -> list[Label]:

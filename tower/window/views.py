@@ -128,8 +128,11 @@ class MapView:
     car_width_m: float
 
 
-class LineKind(StrEnum):
+class LineKind(StrEnum):  # drawn in this order
+    UNCERTAINTY = "uncertainty"  # a ring: two deviations around where a person will be
+    PERSON = "person"  # where it goes
     GUIDANCE = "guidance"
+    NOT_FEASIBLE = "not feasible"
     TRAJECTORY = "trajectory"
     CHOSEN = "chosen"
 

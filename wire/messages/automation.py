@@ -128,10 +128,29 @@ class PlannedWay(Message):
     chosen: bool
 
 
+class PredictedPlace(Message):
+    """A Gaussian in the map frame."""
+
+    x_m: Position
+    y_m: Position
+    long_m: Length  # one standard deviation along the longer axis of its ellipse
+    wide_m: Length  # and across it
+    axis_rad: Angle  # of the longer one, from x
+
+
+class PredictedPerson(Message):
+    """Whom the planner reckoned with, or a thing."""
+
+    number: Count  # the tracker's own
+    radius_m: Length
+    places: Annotated[tuple[PredictedPlace, ...], Meta(min_length=1, max_length=16)]  # now, and each second; of a thing: now
+
+
 class PlannerView(Message):
     """10 Hz, crosses the link: what the planner among people thought, to look at; nobody drives by it."""
 
     stamp_ns: TimeNs  # vehicle clock: time the plan starts from
+    people: Annotated[tuple[PredictedPerson, ...], Meta(max_length=64)] = ()
     ways: Annotated[tuple[PlannedWay, ...], Meta(max_length=WAYS_MAX)]
 
 
