@@ -17,9 +17,12 @@ from benchmarks.mode_faults import Case, run_case
 from benchmarks.rig import Drive, driving, read_referee
 from recordings.check import Tally, check, installed_replays
 from recordings.read import open_recording
+from wire.messages.audit import AuditEntry, AuditKind
+from wire.messages.base import decoder
 from wire.messages.vehicle import Mode
 from wire.topics import TOPICS
 
+decode_entry = decoder(AuditEntry).decode
 DRIVE_S = 150.0  # patience for a drive whose own time-out is 115 s
 
 
@@ -142,12 +145,13 @@ def test_tower_and_car_tell_the_same_of_every_hand_over_by_the_number_of_its_que
     with open_recording(finished[0] / "drive.mcap") as recording:
         asked = {(told.question.number, told.question.state) for _, told in recording.messages("operator_status")}
         ended = {(told.hand_over.question, told.hand_over.state) for _, told in recording.messages("gateway_status")}
-        trail = [record for _, record in recording.messages("audit") if record.kind in ("grant", "hand_over")]
+        entries = [decode_entry(record.entry) for _, record in recording.messages("audit")]
+        trail = [entry for entry in entries if entry.kind in (AuditKind.GRANT, AuditKind.HAND_OVER)]
     done = sorted(number for number, state in ended if state == "committed")
     assert len(done) == 2, "one taken, one handed back"
     for number in done:
         assert {(number, state) for state in ("requested", "granted", "committed")} <= asked
-        assert [record.kind for record in trail if record.question == number] == ["grant", "hand_over"]
+        assert [entry.kind for entry in trail if entry.question == number] == [AuditKind.GRANT, AuditKind.HAND_OVER]
 
 
 def test_the_window_left_a_picture_of_the_remote_drive(finished):
