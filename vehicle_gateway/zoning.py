@@ -11,6 +11,7 @@ from vehicle_gateway.failsafe import Cause
 from vehicle_gateway.gate import Bound
 from vehicle_gateway.guard import Motion, motion_of
 from vehicle_gateway.guarding import is_backwards
+from vehicle_gateway.measure import NEVER_MS
 from vehicle_gateway.place import Place, place_of
 from vehicle_gateway.remembered import remembered
 from vehicle_gateway.state import GatewayLimits, State
@@ -23,7 +24,6 @@ from wire.road import Road, wrap_angle
 BEFORE_ROAD_M = -1.0  # ours: a car that begins at station 0 has its tail there
 NEXT_M = 30.0  # ours: the exit of a no-stop zone counts from here on
 SOFT = (Cause.LOOP_TOO_SLOW,)  # the driver is there and sees, only late: a no-stop zone is left first
-NEVER_MS = 1e9
 
 
 road_of = remembered(Road)
