@@ -7,15 +7,12 @@ What the message has no field for is kept beside it: the sequence is the MCAP me
 `utc_minus_vehicle_ns` of the channel's metadata is the capture stamp on the vehicle clock, exactly.
 """
 
-from typing import Any
-
 from google.protobuf import timestamp_pb2
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
-from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
-from google.protobuf.message_factory import GetMessageClass
 
 from wire.picture import EncodedPicture
+from wire.protobuf import message_class
 
 SCHEMA_NAME = "foxglove.CompressedVideo"
 _NANOSECONDS = 1_000_000_000
@@ -40,15 +37,8 @@ def _descriptors() -> FileDescriptorSet:
     return FileDescriptorSet(file=[timestamp, video])
 
 
-def _message_class(descriptors: FileDescriptorSet) -> Any:
-    pool = DescriptorPool()
-    for file in descriptors.file:
-        pool.Add(file)
-    return GetMessageClass(pool.FindMessageTypeByName(SCHEMA_NAME))
-
-
 _DESCRIPTORS = _descriptors()
-_CompressedVideo = _message_class(_DESCRIPTORS)
+_CompressedVideo = message_class(_DESCRIPTORS, SCHEMA_NAME)
 SCHEMA: bytes = _DESCRIPTORS.SerializeToString(deterministic=True)
 
 

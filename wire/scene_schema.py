@@ -3,12 +3,10 @@
 Source: Foxglove's message schemas, names and numbers of the fields. What stands in a field that is left out is for other drawings.
 """
 
-from typing import Any
-
 from google.protobuf import duration_pb2, timestamp_pb2
 from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
-from google.protobuf.descriptor_pool import DescriptorPool
-from google.protobuf.message_factory import GetMessageClass
+
+from wire.protobuf import message_class
 
 PACKAGE = "foxglove"
 SCHEMA_NAME = "foxglove.SceneUpdate"
@@ -96,13 +94,6 @@ def _add_enum(message: DescriptorProto, names: tuple[str, ...]) -> None:
             kinds.value.add(name=name, number=number)
 
 
-def _class(descriptors: FileDescriptorSet) -> Any:
-    pool = DescriptorPool()
-    for file in descriptors.file:
-        pool.Add(file)
-    return GetMessageClass(pool.FindMessageTypeByName(SCHEMA_NAME))
-
-
 _DESCRIPTORS = _descriptors()
-SceneUpdate = _class(_DESCRIPTORS)
+SceneUpdate = message_class(_DESCRIPTORS, SCHEMA_NAME)
 SCHEMA: bytes = _DESCRIPTORS.SerializeToString(deterministic=True)
