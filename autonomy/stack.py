@@ -9,30 +9,27 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from autonomy.control.following import follow
-from autonomy.control.mpcc.reference import of_trajectory
 from autonomy.control.mpcc.state import TrackerState
 from autonomy.control.speed import preview_m, wanted_acceleration
 from autonomy.control.steering import rate_max_rad_s, toward, turning_speed_m_s, wanted_angle_rad
 from autonomy.inputs import Inputs, drives, stale_input
 from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose_at, start
 from autonomy.perception.tracking import TrackList, in_map_frame, update
-from autonomy.planning.among_people import around, capped, counting
-from autonomy.planning.braking_planner import Plan, Situation, plan
-from autonomy.planning.horizon import PLAN_PERIOD_S, Predictions
-from autonomy.planning.route import Shift, own_lane
+from autonomy.plan_step import NOTHING, planned
+from autonomy.planning.among_people import counting
+from autonomy.planning.braking_planner import Plan
+from autonomy.planning.horizon import Predictions
+from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import Ceiling, StopPoint, ceiling
-from autonomy.planning.topology import Decision, TopologyState
-from autonomy.planning.topology import plan as plan_topology
+from autonomy.planning.topology import Decision
 from autonomy.replay import Judged, MonitorInputs
-from autonomy.reports import STANDS_M_S, goal_reached, scene_of, status_of
+from autonomy.reports import goal_reached, scene_of, status_of
 from autonomy.state import AmongPeople, Place, Setup, StackState, Way
 from autonomy.uncertainty import budget
 from autonomy.uncertainty.channels import Level, localization_level, map_level, perception_level, planner_level
 from autonomy.uncertainty.monitor import MonitorState, Trouble, judge
-from autonomy.uncertainty.waiting import wait_on
 from wire.messages.automation import AutonomyCommand, AutonomyStatus, Scene
 
-PLAN_NS = 100_000_000  # 10 Hz
 STATUS_NS = 50_000_000  # 20 Hz
 LOST_NS = 500_000_000  # so long the last way among people is followed, by the braking planner's speed, while no other is found
 DT_MAX_S = 0.05  # a cycle that came late is not made up for
@@ -50,10 +47,6 @@ class Outputs:
     predictions: Predictions | None = None  # whom it was made among
 
 
-Thought = tuple[Decision | None, Predictions | None]  # among people: what was decided, and among whom
-NOTHING: Thought = (None, None)
-
-
 def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[StackState, Outputs]:
     """One cycle. now_ns: the one reading of the clock."""
     dt_s = min((now_ns - state.now_ns) * 1e-9, DT_MAX_S) if state.now_ns else 0.0
@@ -68,7 +61,7 @@ def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[
         tracks = _perceived(state, estimate, inputs, setup)
         state = replace(state, place=place, tracks=tracks, used=inputs)
         if now_ns >= state.plan_due_ns:
-            state, thought = _planned(state, place, inputs, setup)
+            state, thought = planned(state, place, inputs, setup)
             state, judged = _judged(state, estimate, place, inputs, setup)
             scene = scene_of(state, estimate, place, inputs, setup)
         if state.plan is not None:
@@ -111,68 +104,6 @@ def _perceived(state: StackState, estimate: Estimate, inputs: Inputs, setup: Set
     settings = setup.settings.tracking
     seen = in_map_frame(objects, pose_at(estimate, objects.stamp_ns), estimate.deviation_m, settings)
     return update(state.tracks, seen, objects.stamp_ns, settings)
-
-
-def _planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Thought]:
-    situation = Situation(
-        now_ns=state.now_ns,
-        road=setup.road,
-        shape=setup.shape,
-        station_m=place.at.station_m,
-        speed_m_s=place.pose.speed_m_s,
-        tracks=state.tracks.confirmed,
-        slowing=state.slowing if state.driving else None,
-    )
-    made = plan(situation, _before(state, place, setup), setup.settings.planning)
-    state, thought = _among_people(state, situation, made, place, inputs, setup)
-    waiting = wait_on(
-        state.waiting,
-        state.now_ns,
-        driving=state.driving,
-        stands=abs(place.pose.speed_m_s) < STANDS_M_S,
-        for_person=made.blocked is not None and made.blocked.kind == "person",
-        lost=state.topology.lost,
-    )
-    due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
-    return replace(state, plan_due_ns=due, waiting=waiting), thought
-
-
-def _before(state: StackState, place: Place, setup: Setup) -> Plan | None:
-    """The last plan; among people the car drove elsewhere in its lane than the braking planner thought: from there it goes on."""
-    if state.plan is None or state.way is None:
-        return state.plan
-    aside = place.at.offset_m - own_lane(setup.road).middle_m
-    return replace(state.plan, shift=Shift(place.at.station_m, aside, aside))
-
-
-def _among_people(
-    state: StackState, situation: Situation, made: Plan, place: Place, inputs: Inputs, setup: Setup
-) -> tuple[StackState, Thought]:
-    """How people are passed; `made` says how fast at most. Not when somebody drives, or is to take over: nobody would use it.
-
-    But a loss is looked at until it is over, also while it is what somebody is asked to take over for.
-    """
-    asked, is_open = None, state.monitor.request is not None
-    if setup.among_people is not None and state.driving and (not is_open or state.waiting.is_lost):
-        angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
-        taken = state.topology.taken
-        before = taken.trajectory if taken is not None else None
-        asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before)
-    if asked is None:
-        return replace(state, plan=made, topology=TopologyState(), way=None), NOTHING
-    topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology, _since_plan_s(state))
-    if is_open:
-        return replace(state, plan=made, topology=topology, way=None), NOTHING
-    thought = decision, asked.predictions
-    if decision.braking:
-        return replace(state, plan=made, topology=topology), thought
-    found = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
-    made = replace(made, points=tuple((float(x), float(y)) for x, y in found.states[:, :2]))
-    return replace(state, plan=made, topology=topology, way=Way(found_ns=state.now_ns, reference=of_trajectory(found))), thought
-
-
-def _since_plan_s(state: StackState) -> float:
-    return PLAN_PERIOD_S if state.plan is None else (state.now_ns - state.plan.stamp_ns) * 1e-9
 
 
 def _judged(state: StackState, estimate: Estimate, place: Place, inputs: Inputs, setup: Setup) -> tuple[StackState, Judged | None]:

@@ -7,8 +7,9 @@ import threading
 from itertools import pairwise
 
 from autonomy.inputs import Inputs
+from autonomy.plan_step import PLAN_NS
 from autonomy.run import PERIOD_S, cycles
-from autonomy.stack import PLAN_NS, Outputs
+from autonomy.stack import Outputs
 from autonomy.state import StackState
 from tests.autonomy.simulated_time import TICK_NS, World, alone_with, setup_for
 from wire.clock import Clock
