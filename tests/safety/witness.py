@@ -90,6 +90,9 @@ class Witness:
             held = feedback.seat_occupied and (abs(feedback.driver_torque_nm) > 3.0 or feedback.driver_brake > 0.1)
             self.held_since_ns = (now_ns if self.held_since_ns is None else self.held_since_ns) if held else None
         self.stop_pressed = self.stop_pressed or bool(inputs.stop_number)
+        for tower, _, answer in world.answers:  # who shows a new certificate in the very cycle in which the old one ends goes on
+            if isinstance(answer, LeaseReply) and answer.granted and (tower.name, answer.epoch) == (self.owner, self.epoch):
+                self.ends_ns = world.recognised.ends_ns.get(tower.name, FOREVER_NS)
         if self._is_taken_away(world):
             self.owner, self.epoch, self.right_ns = None, 0, NEVER
 

@@ -132,6 +132,8 @@ class Recognised:
         self.revoked: set[str] = set()  # operators
 
     def operator(self, request, _):
+        if request.operator in self.revoked:
+            return Identity(rule="this certificate was revoked")
         ends_ns = self.ends_ns.get(request.operator, FOREVER_NS)
         return Identity(name=f"tower-{request.operator}", operator=request.operator, fingerprint="f", ends_ns=ends_ns)
 
