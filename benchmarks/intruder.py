@@ -10,8 +10,8 @@ rival    likewise, sixty times a second; one time in four for the car itself, si
 frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
 stuck    likewise: the same position from the satellites, with fresh stamps
 doubting with the automation's certificate: it begins to ask for a take-over fifty times a second, and takes it back as often
-frames   on the vehicle bus: after every fourth command of the gateway one that steers and accelerates, whose checksum is right and
-         whose counter is the gateway's own last one; looks at what the ECU demands of the actuators, and says so in the end
+frames   on the vehicle bus: of every twelve commands of the gateway he answers three in a row by one that steers and accelerates,
+         checksum right, counter the answered one's; looks at what the ECU demands of the actuators, and says so in the end
 """
 
 import secrets
@@ -186,7 +186,7 @@ KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as
 }
 WANTED_RAD, WANTED_M_S2 = 0.3, 2.0  # on a straight road nobody else steers like that
 WANTED_WITHIN_RAD = 0.01
-APART = e2e.DELTA_MAX + 1  # commands: none of the intruder's follows on from another one
+RUN, EVERY = e2e.SYNC_FRAMES + 1, 12  # commands in a row that are answered, of so many
 
 
 def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
@@ -231,8 +231,8 @@ def with_wrong_counter(genuine: Frame, layout: Layout) -> Frame | None:
 
 
 def on_the_bus(config: Path, stop: threading.Event) -> Followed:
-    """Answers every fourth command at once. 50 ms later, a dozen commands on, the counter of four bits would be right again; and of
-    two that follow on from each other the second is taken, as whoever receives begins to count anew at any frame that is intact."""
+    """Answers RUN commands in a row at once, then lets the others pass. However late these come in a bunch, a receiver uses none:
+    more must follow one another before it believes a new sequence. Twelve commands later, after 50 ms, four bits fit again."""
     sections = read_sections(config, {"wire": WireSettings, "vehicle_gateway": VehicleGatewaySettings})
     can, priority = sections["vehicle_gateway"].can, sections["wire"].pace.fifo_priority
     layout, told, loose = layouts()["ACTUATION_COMMAND"], Followed(), threading.Event()
@@ -244,7 +244,7 @@ def on_the_bus(config: Path, stop: threading.Event) -> Followed:
         if not loose.is_set() or frame.arbitration_id != layout.arbitration_id:
             return
         heard += 1
-        made = with_wrong_counter(frame, layout) if heard % APART == 0 else None
+        made = with_wrong_counter(frame, layout) if heard % EVERY < RUN else None
         if made is not None:
             told.sent += vehicle_bus[0].send(made)
 

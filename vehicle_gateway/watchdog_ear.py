@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 from msgspec.structs import replace
 
-from vehicle_gateway.can import e2e
 from vehicle_gateway.can.codec import MODES
+from vehicle_gateway.can.e2e import START, Trail
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import Layout
 from vehicle_gateway.watchdog import Heard
@@ -17,7 +17,7 @@ NAMES = ("ACTUATION_COMMAND", "GATEWAY_SOURCES", "MOTION_FEEDBACK")
 @dataclass(frozen=True, slots=True)
 class Ear:
     heard: Heard = Heard()
-    counters: Mapping[int, int] = field(default_factory=dict)
+    trails: Mapping[int, Trail] = field(default_factory=dict)  # by arbitration id
 
 
 def ears_of(frames: Mapping[str, Layout]) -> dict[int, Layout]:
@@ -30,11 +30,9 @@ def hear(ear: Ear, frame: Frame, received_ns: int, listened: Mapping[int, Layout
     layout = listened.get(frame.arbitration_id)
     if layout is None:
         return ear, ""
-    values, reason = layout.receive(frame, ear.counters.get(frame.arbitration_id))
-    intact = reason != "can crc"
-    counters = {**ear.counters, frame.arbitration_id: e2e.counter_of(frame)} if intact else ear.counters
+    trail, values, reason = layout.receive(frame, ear.trails.get(frame.arbitration_id, START))
     heard = ear.heard if values is None else replace(ear.heard, **_taken(layout.name, values, received_ns))
-    return Ear(heard, counters), reason
+    return Ear(heard, {**ear.trails, frame.arbitration_id: trail}), reason
 
 
 def _taken(name: str, values: tuple[float, ...], received_ns: int) -> dict[str, object]:

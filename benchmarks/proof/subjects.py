@@ -31,6 +31,7 @@ SUBJECTS = (
     _gateway("can/actuator_codec", "can_codec", "can_plant", "ecu"),
     _gateway("can/ecu_codec", "can_codec", "ecu"),
     _gateway("can/health_codec", "health_codec"),
+    _gateway("can/watch_codec", "watch_codec"),
     _gateway("can/toyota_codec", "toyota_codec", "toyota_limits"),
     _gateway("can/toyota_feedback", "toyota_codec", "toyota_limits"),
     _gateway("can/toyota_layout", "toyota_codec", "toyota_limits"),

@@ -2,6 +2,7 @@
 
 import pytest
 
+from vehicle_gateway.can.e2e import Trail
 from vehicle_gateway.can.layout import Layout, database_in, layout_of, layouts
 from wire.configuration import ConfigurationError
 
@@ -60,7 +61,7 @@ def test_too_few_or_too_many_values_are_an_error_and_never_a_shorter_frame(tmp_p
 
 def test_a_good_frame_gives_its_values_and_no_reason():
     layout = layouts()["LOCAL_CONTROLS"]
-    assert layout.receive(layout.pack((1.0, 0.0, 1.0, 0.0, 0.0), 3), None) == ((1.0, 0.0, 1.0, 0.0, 0.0), "")
+    assert layout.receive(layout.pack((1.0, 0.0, 1.0, 0.0, 0.0), 3)) == (Trail(3), (1.0, 0.0, 1.0, 0.0, 0.0), "")
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from vehicle_gateway.can import actuator_codec, ecu_codec
 from vehicle_gateway.can.actuator_codec import DemandState, PlantReport, PlantState, decode_demand, decode_plant
 from vehicle_gateway.can.bus import open_bus
 from vehicle_gateway.can.codec import FAULT, FOLLOWING, TIMED_OUT, FeedbackState, decode, encode_command
+from vehicle_gateway.can.e2e import Trail
 from vehicle_gateway.can.ecu_codec import Body, Command, CommandState, Controls, Motion, decode_command
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.simulation import ecu as ecu_shell
@@ -60,11 +61,9 @@ def once(state, given_inputs, now_ms=1000):
 
 
 def test_before_the_first_frame_nothing_is_commanded_demanded_or_measured():
-    assert CommandState() == CommandState(
-        command=None, body=Body(Indicators.OFF, False, False, Lights.OFF, Wipers.OFF), counters={}
-    )
-    assert DemandState() == DemandState(demand=None, counter=None)
-    assert PlantState() == PlantState(motion=None, report=None, wheels_m_s=None, counters={})
+    assert CommandState() == CommandState(command=None, body=Body(Indicators.OFF, False, False, Lights.OFF, Wipers.OFF), trails={})
+    assert DemandState() == DemandState(demand=None, trail=Trail(None, None, 0))
+    assert PlantState() == PlantState(motion=None, report=None, wheels_m_s=None, trails={})
 
 
 def test_it_follows_a_fresh_command():

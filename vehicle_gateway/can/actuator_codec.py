@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from vehicle_gateway.can import e2e
 from vehicle_gateway.can.codec import (
     GEAR_NUMBER,
     GEARS,
@@ -18,6 +17,7 @@ from vehicle_gateway.can.codec import (
     WIPERS,
     WIPERS_NUMBER,
 )
+from vehicle_gateway.can.e2e import START, Trail
 from vehicle_gateway.can.ecu_codec import Controls, Motion
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import layouts
@@ -48,7 +48,7 @@ class PlantReport(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class DemandState:
     demand: Demand | None = None
-    counter: int | None = None
+    trail: Trail = START
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class PlantState:
     motion: Motion | None = None
     report: PlantReport | None = None
     wheels_m_s: tuple[float, float, float, float] | None = None  # front left, front right, rear left, rear right
-    counters: Mapping[int, int] = field(default_factory=dict)
+    trails: Mapping[int, Trail] = field(default_factory=dict)  # by arbitration id
 
 
 _LAYOUTS = layouts()
@@ -88,9 +88,8 @@ def decode_demand(state: DemandState, frame: Frame) -> tuple[DemandState, str]:
     """The state after one frame from the ECU, and why the frame was dropped ("" when it was not)."""
     if frame.arbitration_id != _DEMAND.arbitration_id:
         return state, "" if frame.arbitration_id in _PLANT else "can id"
-    values, reason = _DEMAND.receive(frame, state.counter)
-    if reason != "can crc":
-        state = replace(state, counter=e2e.counter_of(frame))
+    trail, values, reason = _DEMAND.receive(frame, state.trail)
+    state = replace(state, trail=trail)
     if values is None:
         return state, reason
     angle, drive, brake, gear, indicators, hazard, horn, lights, free, wipers = values
@@ -126,9 +125,8 @@ def decode_plant(state: PlantState, frame: Frame) -> tuple[PlantState, str]:
     layout = _PLANT.get(frame.arbitration_id)
     if layout is None:
         return state, "" if frame.arbitration_id == _DEMAND.arbitration_id else "can id"
-    values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
-    if reason != "can crc":
-        state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+    trail, values, reason = layout.receive(frame, state.trails.get(frame.arbitration_id, START))
+    state = replace(state, trails={**state.trails, frame.arbitration_id: trail})
     return (state, reason) if values is None else (_PUT[layout.name](state, values), "")
 
 

@@ -1,7 +1,7 @@
 """The vehicle bus as the gateway speaks it: commands out, feedback in. Pure; every frame protected and checked.
 
 Never decides anything about driving. What is wrong with a frame is told by its reason: "can id" (not one of ours),
-"can crc", "can counter" (repeated, or more than two lost in a row), "can range".
+"can crc", "can counter" (repeated, or out of the sequence that is trusted), "can range".
 """
 
 from collections.abc import Callable, Mapping
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from msgspec.structs import replace
 
-from vehicle_gateway.can import e2e
 from vehicle_gateway.can.cyclic import Sent, take_due
+from vehicle_gateway.can.e2e import START, Trail
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import Layout, layouts
 from vehicle_gateway.can.transmit import Permit, permits_of
@@ -65,7 +65,7 @@ class Feedback(Message):
 
 class FeedbackState(Message):
     feedback: Feedback | None = None  # newest complete one; a NEW object with every motion frame, and only then
-    counters: dict[int, int] = {}  # newest received, by arbitration id
+    trails: dict[int, Trail] = {}  # by arbitration id
     drive: tuple[float, ...] | None = None
     drive_age: int = 0  # motion frames since
     local: tuple[float, ...] | None = None
@@ -114,9 +114,8 @@ class Codec:
         if layout is None:
             own = frame.arbitration_id in (self.command.arbitration_id, self.body.arbitration_id)
             return state, "" if own else "can id"
-        values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
-        if reason != "can crc":
-            state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+        trail, values, reason = layout.receive(frame, state.trails.get(frame.arbitration_id, START))
+        state = replace(state, trails={**state.trails, frame.arbitration_id: trail})
         return (state, reason) if values is None else (_PUT[layout.name](state, values), "")
 
 

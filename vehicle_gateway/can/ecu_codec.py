@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from vehicle_gateway.can import e2e
 from vehicle_gateway.can.codec import GEAR_NUMBER, GEARS, INDICATORS, LIGHTS, LIGHTS_NUMBER, MODES, WIPERS, WIPERS_NUMBER
+from vehicle_gateway.can.e2e import START, Trail
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import layouts
 from wire.messages.base import Gear, Indicators, Lights, Wipers
@@ -57,7 +57,7 @@ class CommandState:
 
     command: Command | None = None
     body: Body = DARK
-    counters: Mapping[int, int] = field(default_factory=dict)
+    trails: Mapping[int, Trail] = field(default_factory=dict)  # by arbitration id
 
 
 _LAYOUTS = layouts()
@@ -73,9 +73,8 @@ def decode_command(state: CommandState, frame: Frame) -> tuple[CommandState, str
     layout = _COMMANDS.get(frame.arbitration_id)
     if layout is None:
         return state, "" if frame.arbitration_id in _OWN else "can id"
-    values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
-    if reason != "can crc":
-        state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+    trail, values, reason = layout.receive(frame, state.trails.get(frame.arbitration_id, START))
+    state = replace(state, trails={**state.trails, frame.arbitration_id: trail})
     if values is None:
         return state, reason
     if layout.name == "BODY_COMMAND":

@@ -8,7 +8,7 @@ Nothing about driving depends on them.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from vehicle_gateway.can import e2e
+from vehicle_gateway.can.e2e import START, Trail
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import Layout, layouts
 from wire.messages.health import LoopHealth
@@ -20,7 +20,7 @@ PERIOD_MS = 10.0
 
 @dataclass(frozen=True, slots=True)
 class HealthState:
-    counters: Mapping[int, int] = field(default_factory=dict)  # newest received, by arbitration id
+    trails: Mapping[int, Trail] = field(default_factory=dict)  # by arbitration id  # newest received, by arbitration id
     loop: tuple[float, ...] | None = None  # of the newest ECU_HEALTH
     report: tuple[float, ...] | None = None  # newest complete one; a NEW object with every report
 
@@ -45,9 +45,8 @@ class HealthCodec:
     def decode(self, state: HealthState, frame: Frame) -> tuple[HealthState, str]:
         """The state after one frame that it speaks, and why the frame was dropped ("" when it was not)."""
         layout = self.loop if frame.arbitration_id == self.loop.arbitration_id else self.load
-        values, reason = layout.receive(frame, state.counters.get(frame.arbitration_id))
-        if reason != "can crc":
-            state = replace(state, counters={**state.counters, frame.arbitration_id: e2e.counter_of(frame)})
+        trail, values, reason = layout.receive(frame, state.trails.get(frame.arbitration_id, START))
+        state = replace(state, trails={**state.trails, frame.arbitration_id: trail})
         if values is None:
             return state, reason
         if layout is self.loop:

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import cantools
 
 from vehicle_gateway.can import e2e
+from vehicle_gateway.can.e2e import START, Trail
 from vehicle_gateway.can.frame import Frame
 from wire.configuration import ConfigurationError, shipped
 
@@ -70,14 +71,15 @@ class Layout:
         """Whether the frame has our length and our CRC."""
         return len(frame.data) == self.size and e2e.is_intact(self.data_id, frame)
 
-    def receive(self, frame: Frame, previous: int | None) -> tuple[tuple[float, ...] | None, str]:
-        """(values, "") of an acceptable frame, (None, reason) of any other. previous: the counter received before."""
+    def receive(self, frame: Frame, trail: Trail = START) -> tuple[Trail, tuple[float, ...] | None, str]:
+        """What is now known of the counter, and (values, "") of an acceptable frame, (None, reason) of any other."""
         if not self.is_intact(frame):
-            return None, "can crc"
-        if not e2e.follows(previous, e2e.counter_of(frame)):
-            return None, "can counter"
+            return trail, None, "can crc"
+        trail, is_next = e2e.judge(trail, e2e.counter_of(frame))
+        if not is_next:
+            return trail, None, "can counter"
         values = self.unpack(frame.data)
-        return (None, "can range") if values is None else (values, "")
+        return trail, values, "can range" if values is None else ""
 
 
 def values_in(bits: int, fields: Sequence[Field]) -> tuple[float, ...] | None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
-from vehicle_gateway.can import e2e
+from vehicle_gateway.can.e2e import START, Trail
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import Layout, layouts
 from vehicle_gateway.can.transmit import Permit, permits_of
@@ -64,11 +64,10 @@ class StopState:
     """What the ECU knows of the watchdog: a NEW object with every valid frame."""
 
     fault: Fault = Fault.NONE
-    counter: int | None = None
+    trail: Trail = START
 
 
 def decode_stop(state: StopState, frame: Frame) -> tuple[StopState, str]:
     """The state after one WATCHDOG_STOP, and why it was dropped ("" when it was not)."""
-    values, reason = SHIPPED.stop.receive(frame, state.counter)
-    counter = state.counter if reason == "can crc" else e2e.counter_of(frame)
-    return StopState(state.fault if values is None else Fault(int(values[0])), counter), reason
+    trail, values, reason = SHIPPED.stop.receive(frame, state.trail)
+    return StopState(state.fault if values is None else Fault(int(values[0])), trail), reason
