@@ -22,14 +22,16 @@ from benchmarks.fault_intruder import forger, intruder, wrong_counters
 from benchmarks.fault_link_stall import held_up
 from benchmarks.fault_one_cycle import MEETINGS
 from benchmarks.fault_positions import stuck
+from benchmarks.fault_zones import CAMERA, before_zone, hangs, in_zone, left_slowly, stood_there
 from benchmarks.impairment import Impairment
-from benchmarks.warm_rig import CAR, FAST, TOWER, WARM, Ride, WarmRig, pause
+from benchmarks.warm_rig import CAR, FAST, TOWER, WARM, ZONED, Ride, WarmRig, pause
 from wire.messages.vehicle import Mode
 from wire.topics import Role
 
 PICTURE_AND_COMMAND_MS = 500.0  # the command's limit is the longer one of the two
 HOUR_S = 3600
 ONE_LOOK_S = 0.1  # how late the instant may be seen here
+BLACK = Impairment(loss=1.0)
 SLOW_WRITE_S = 1.0  # each write of the recorder
 REPAIR_MS = 1000.0  # until a video whose packets were lost brings whole pictures again
 
@@ -63,6 +65,12 @@ def stalled(name: str, seconds: float) -> Arm:
         return nothing
 
     return at_once(hurt)
+
+
+def blackout(rig: WarmRig) -> End:
+    """Until the rig heals."""
+    rig.way.be(BLACK, BLACK)
+    return nothing
 
 
 def way(forward: Impairment, back: Impairment | None = None, seconds: float | None = None) -> Arm:
@@ -136,7 +144,6 @@ _LOST, _PICTURE, _LOOP = after(PICTURE_AND_COMMAND_MS), stops(Mode.REMOTE, "vide
 _ENDS = after((EARLY_S + ONE_LOOK_S) * 1e3)  # of the lease; the shot begins this much earlier
 _GATEWAY = stops(Mode.REMOTE, "gateway")
 MOBILE = Impairment(delay_ms=20.0, jitter_ms=3.0)
-BLACK = Impairment(loss=1.0)
 EXPIRES = ("gateway", "the certificate of demo expires, or the car's")
 STILL = ("video", "camera front: the picture stands still while the car moves")
 KINDS: tuple[Kind | Exchange, ...] = (
@@ -198,6 +205,11 @@ KINDS: tuple[Kind | Exchange, ...] = (
     _fast("gateway-killed", "gateway: SIGKILL", "gateway", sent("gateway", signal.SIGKILL)),
     _fast("ecu-killed", "ECU: SIGKILL", "ecu", sent("ecu", signal.SIGKILL)),
     _fast("link-black", "nothing for 5 s", "cockpit", way(BLACK, seconds=5.0)),
+    Kind("zone-side-camera", "a side camera hangs before a no-stop zone", Fate.GOES_ON, None, before_zone(), 10.0, ZONED),
+    Kind(
+        "zone-inside", "a side camera hangs in a no-stop zone", Fate.GOES_ON, None, in_zone(hangs(CAMERA), left_slowly), 16.0, ZONED
+    ),
+    Kind("zone-link-black", "nothing for 5 s, in a no-stop zone", Fate.STANDS, _LOST, in_zone(blackout, stood_there), 5.0, ZONED),
     *EXCHANGES,
     *MEETINGS,
 )

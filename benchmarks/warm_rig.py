@@ -28,6 +28,7 @@ from wire.configuration import read_tables
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
 
+ZONE_M = 20.0  # length of a no-stop zone
 PLACE = f"{CAR_ADDRESS}:7450"
 DRIVEN_S = 1.0  # and the operator has had it for so long
 STANDSTILL_M_S = 0.05
@@ -69,11 +70,13 @@ class Ride(NamedTuple):
     likes: dict[str, float] = {}  # [tower.cockpit.scripted.speed]
     car_max_m_s: float | None = None  # under remote control; None: as it is shipped
     front_alone: bool = False  # no other camera
+    zones_m: tuple[float, ...] = ()  # stations at which a no-stop zone begins, in the gateway's map
 
 
 WARM = Ride(road_m=1500.0, limit_m_s=6.9, speed_min_m_s=2.5)  # some forty faults of 30 m each
 # From 30 km/h on, which is the most that the shipped car allows its operator: here a little more, or he would only come near it.
 # With the front camera alone: above 200 ms from picture to command the car is slower than that.
+ZONED = WARM._replace(zones_m=tuple(range(90, 1400, 90)))
 FAST = Ride(4000.0, 9.0, 30.0 / 3.6, 60.0, {"speed_max_m_s": 9.0, "below_cap_m_s": 0.0}, car_max_m_s=8.7, front_alone=True)
 
 
@@ -186,9 +189,21 @@ def _cable(car: Machine, tower: Machine) -> Iterator[BadWay]:
 def _world(folder: Path, ride: Ride) -> Path:
     """Map and scenario files."""
     road = {"segments": [{"length_m": ride.road_m}], "speed_limit_m_s": ride.limit_m_s, "goal_station_m": ride.road_m - 10.0}
-    for name, content in (("long.toml", MAP | road), ("long_road.toml", SCENARIO)):
+    zones = [zone_from(station) for station in ride.zones_m]
+    for name, content in (("long.toml", MAP | road | {"zones": zones}), ("long_road.toml", SCENARIO)):
         (folder / name).write_bytes(tomli_w.dumps(content).encode())
     return folder / "long_road.toml"
+
+
+def zone_from(station_m: float) -> dict[str, Any]:
+    both_lanes = {"right_m": -6.0, "left_m": 6.0}
+    return {
+        "kind": "no_stop",
+        "name": "level crossing",
+        "from_station_m": station_m,
+        "to_station_m": station_m + ZONE_M,
+        **both_lanes,
+    }
 
 
 def _configure(sites: Sites, ride: Ride) -> None:

@@ -9,8 +9,8 @@ from benchmarks.fault_bounds import after
 from benchmarks.fault_commands import Gaps
 from benchmarks.fault_kinds import KINDS, Kind, sent
 from benchmarks.fault_rows import Shot
-from benchmarks.faults import Seen, ride_of, stood_still, ways, went_on, with_finding
-from benchmarks.warm_rig import FAST, WARM
+from benchmarks.faults import RIDES, Seen, ride_of, stood_still, ways, went_on, with_finding
+from benchmarks.warm_rig import FAST, ZONED
 from tests.benchmarks.test_fault_positions import MS, entry
 
 FINE = Gaps(command_ms=8.0, picture_ms=40.0, slow_ms=8.0, oldest_ms=120.0)
@@ -87,4 +87,5 @@ def test_kinds_from_30_km_h_on_have_a_rig_of_their_own():
     assert len(fast) >= 3
     assert all(name.startswith("fast-") for name in fast)
     assert FAST.speed_min_m_s * 3.6 == pytest.approx(30.0)
-    assert all(ride_of(each) in (FAST, WARM) for each in KINDS)
+    assert all(ride_of(each) in RIDES for each in KINDS)
+    assert [each.name for each in KINDS if ride_of(each) is ZONED] == [each.name for each in KINDS if each.name.startswith("zone-")]

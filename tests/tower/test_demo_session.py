@@ -42,6 +42,28 @@ def test_every_room_can_read_the_session_s_configuration(tmp_path):
     assert HOUR_NS <= rooms["wire"].clock.tower_offset_ns < 2 * HOUR_NS
 
 
+@pytest.mark.parametrize(
+    ("named", "scenario", "kept"),
+    [
+        ("bend.toml", "closed_road", "bend.toml"),
+        ("crossing.toml", "closed_road", "crossing.toml"),
+        ("crossing.toml", "mirrored", "bend_mirrored.toml"),
+    ],
+)
+def test_the_gateway_keeps_its_own_zones_on_the_street_that_is_driven_and_has_another_street_s_own(tmp_path, named, scenario, kept):
+    base = tmp_path / "base.toml"
+    base.write_text(BASE.read_text().replace('[vehicle_gateway]\nmap = "bend.toml"', f'[vehicle_gateway]\nmap = "{named}"'))
+    tables = choose(base, scenario, "")
+    assert Path(tables["vehicle_gateway"]["map"]).name == kept
+
+
+def test_a_map_of_the_gateway_that_is_not_there_is_told_before_anything_starts(tmp_path):
+    base = tmp_path / "base.toml"
+    base.write_text(BASE.read_text().replace('[vehicle_gateway]\nmap = "bend.toml"', '[vehicle_gateway]\nmap = "bent.toml"'))
+    with pytest.raises(ConfigurationError, match=r"vehicle_gateway.map = 'bent.toml': no such map; looked at"):
+        choose(base, "", "")
+
+
 def test_two_sessions_share_neither_port_nor_bus(tmp_path):
     one, two = (session(tmp_path / name, tmp_path / "certificates") for name in ("one", "two"))
     assert {one["wire"].link.car_hub, one["wire"].link.tower_hub}.isdisjoint({two["wire"].link.car_hub, two["wire"].link.tower_hub})

@@ -61,6 +61,10 @@ def used(trail, *counters):
     return trail, taken
 
 
+def test_what_is_known_begins_with_nothing():
+    assert START == (None, None, 0) and Trail(3) == (3, None, 0)
+
+
 def test_the_first_frame_may_carry_any_counter_but_15():
     assert [judge(START, counter) for counter in range(16)] == [(Trail(counter), True) for counter in range(15)] + [(START, False)]
 

@@ -21,7 +21,8 @@ M = Mode
 STREET = read_map(shipped("maps", "crossing.toml"))
 FENCE, SCHOOL, CROSSING = STREET.zones
 FAR = replace(SCHOOL, from_station_m=35.0, to_station_m=45.0)  # 25 m before it
-LONG = replace(CROSSING, to_station_m=190.0)  # time for a fault to begin on it
+AT = CROSSING.from_station_m
+LONG = replace(CROSSING, to_station_m=AT + 40.0)  # time for a fault to begin on it
 FRONT, REAR = 3.6, 0.9  # of the shipped car, from the rear axle
 WALKING = 5 / 3.6
 LANE_M = -1.75
@@ -111,34 +112,35 @@ def test_along_the_shipped_street_the_school_is_slow_the_crossing_is_passed_and_
 
 
 def test_the_state_says_in_every_cycle_whether_some_part_of_the_car_is_on_a_no_stop_zone():
-    street = OnStreet(140.0)
+    street = OnStreet(AT - 10.0)
     told = []
-    while street.station < 165.0:
+    while street.station < AT + 15.0:
         street.tick()
         told.append((street.station, street.drive.state.on_no_stop))
-    surely = [on for station, on in told if is_on(replace(CROSSING, from_station_m=150.2, to_station_m=157.8), station)]
-    surely_not = [on for station, on in told if not is_on(replace(CROSSING, from_station_m=149.8, to_station_m=158.2), station)]
+    inner, outer = (replace(CROSSING, from_station_m=AT + each, to_station_m=AT + 8.0 - each) for each in (0.2, -0.2))
+    surely = [on for station, on in told if is_on(inner, station)]
+    surely_not = [on for station, on in told if not is_on(outer, station)]
     assert all(surely) and len(surely) > 100
     assert not any(surely_not) and len(surely_not) > 100
 
 
 @pytest.mark.parametrize("story", [remote, autonomous])
 def test_the_crossing_is_not_entered_while_something_stands_where_the_car_would_go(story):
-    street = OnStreet(120.0, story=story)
-    street.drive.objects = (thing_at(street.road, 162.0),)
+    street = OnStreet(AT - 30.0, story=story)
+    street.drive.objects = (thing_at(street.road, AT + 12.0),)
     street.stands().run(2.0)
-    assert 0.0 < 150.0 - street.station - FRONT < 1.0 and "no-stop zone" in street.rules()
+    assert 0.0 < AT - street.station - FRONT < 1.0 and "no-stop zone" in street.rules()
     street.drive.objects = ()
-    street.front_at(159.0 + FRONT + REAR)
+    street.front_at(AT + 9.0 + FRONT + REAR)
 
 
 def test_the_crossing_is_not_entered_while_a_side_camera_is_old_and_is_once_it_is_young():
-    street = OnStreet(120.0, vehicle=WITH_SIDE)
+    street = OnStreet(AT - 30.0, vehicle=WITH_SIDE)
     street.drive.ann.stuck = {"left"}
     street.stands()
-    assert 0.0 < 150.0 - street.station - FRONT < 1.0 and "no-stop zone" in street.rules()
+    assert 0.0 < AT - street.station - FRONT < 1.0 and "no-stop zone" in street.rules()
     street.drive.ann.stuck = set()
-    street.front_at(159.0 + FRONT + REAR)
+    street.front_at(AT + 9.0 + FRONT + REAR)
 
 
 def test_a_crossing_whose_exit_lies_beyond_the_road_is_not_entered():
@@ -159,7 +161,7 @@ def test_backwards_too_the_exit_must_lie_on_the_road(begin, entered):
 
 
 def test_a_slow_loop_on_a_crossing_is_walking_pace_until_it_is_left_and_a_stop_behind_it():
-    street = OnStreet(140.0, zones=(LONG,)).front_at(151.0)
+    street = OnStreet(AT - 10.0, zones=(LONG,)).front_at(AT + 1.0)
     while street.drive.ann.loop_ms < 620:
         street.drive.ann.loop_ms += 4
         street.tick()
@@ -174,7 +176,7 @@ def test_a_slow_loop_on_a_crossing_is_walking_pace_until_it_is_left_and_a_stop_b
 @pytest.mark.parametrize("goes_on_ms", [0, 4])
 def test_an_old_side_picture_on_a_crossing_is_walking_pace_until_it_is_left_or_young_again(goes_on_ms):
     """Whether the camera hangs, or its pictures go on and are ever farther behind: in 10 ms by so much."""
-    street = OnStreet(140.0, zones=(LONG,), vehicle=WITH_SIDE).front_at(151.0)
+    street = OnStreet(AT - 10.0, zones=(LONG,), vehicle=WITH_SIDE).front_at(AT + 1.0)
     ann = street.drive.ann
     ann.stuck = {"left"}
     while street.drive.speed > WALKING + 0.05:
@@ -192,21 +194,21 @@ def test_an_old_side_picture_on_a_crossing_is_walking_pace_until_it_is_left_or_y
 
 
 def test_off_a_crossing_an_old_side_picture_slows_nobody():
-    street = OnStreet(100.0, zones=(CROSSING,), vehicle=WITH_SIDE, speed=5.0)
+    street = OnStreet(AT - 50.0, zones=(CROSSING,), vehicle=WITH_SIDE, speed=5.0)
     street.drive.ann.stuck = {"left"}
     street.run(3.0)
     assert street.drive.speed > 6.0 and "no-stop zone" not in street.rules()
 
 
 def test_nobody_who_drives_itself_is_slowed_by_what_an_operator_does_not_see():
-    street = OnStreet(120.0, story=autonomous, vehicle=WITH_SIDE)
+    street = OnStreet(AT - 30.0, story=autonomous, vehicle=WITH_SIDE)
     street.drive.ann.stuck = {"left"}
-    street.until(lambda street: street.station > 170.0)
+    street.until(lambda street: street.station > AT + 20.0)
     assert min(speed for _, speed, _ in street.seen) > 5.0
 
 
 def test_a_driver_who_is_lost_on_a_crossing_is_lost():
-    street = OnStreet(140.0, zones=(LONG,)).front_at(155.0)
+    street = OnStreet(AT - 10.0, zones=(LONG,)).front_at(AT + 5.0)
     street.drive.ann.silent = True
     street.until(lambda street: street.drive.mode is M.SAFE_STOP, 0.6).stands()
     assert is_on(LONG, street.station)

@@ -12,7 +12,7 @@ from wire import certificates
 from wire.configuration import ConfigurationError, read_sections, read_tables
 from wire.messages.vehicle import VehicleDescription
 from wire.ports import free_udp_ports
-from wire.scenario import find_scenario, read_scenario
+from wire.scenario import find_map, find_scenario, read_map, read_scenario
 from wire.settings import WireSettings
 
 HOUR_NS = 3_600_000_000_000
@@ -35,8 +35,9 @@ def choose(base: Path, scenario: str, front_camera: str) -> dict[str, Any]:
     _, road_map = read_scenario(found)
     _get(tables, "vehicle_gateway", "simulation")["scenario"] = str(found)
     _get(tables, "autonomy")["map"] = str(road_map.resolve())
-    if _get(tables, "vehicle_gateway").get("map"):
-        _get(tables, "vehicle_gateway")["map"] = str(road_map.resolve())
+    gateway = _get(tables, "vehicle_gateway")
+    if gateway.get("map"):
+        gateway["map"] = str(_zones(str(gateway["map"]), base, road_map).resolve())
     if front_camera:
         _get(tables, "vehicle_gateway", "video", "sources")["front"] = f"file:{_existing(front_camera)}"
     return tables
@@ -59,6 +60,17 @@ def write_session(tables: dict[str, Any], folder: Path) -> Path:
     written = folder / "session.toml"
     written.write_bytes(tomli_w.dumps(tables).encode())
     return written
+
+
+def _zones(named: str, base: Path, road_map: Path) -> Path:
+    """The gateway's own map, which may have zones of its own, where it is of the street that is driven; else that street's."""
+    own = find_map(named, base, "vehicle_gateway.map")
+    return own if _street(own) == _street(road_map) else road_map
+
+
+def _street(path: Path) -> tuple[object, ...]:
+    road = read_map(path)
+    return road.start, road.start_heading_rad, road.segments, road.lane_width_m, road.sidewalk_width_m, road.drives_on
 
 
 def _existing(clip: str) -> Path:

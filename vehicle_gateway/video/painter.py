@@ -10,8 +10,9 @@ import mmap
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace
@@ -102,6 +103,8 @@ def _paint(
     renderers: list[Renderer], pipe: Connection, sizes: list[Bytes], others: list[Connection], fifo_priority: int | None
 ) -> None:
     """The life of a painter. Without a priority it stands back."""
+    with suppress(OSError):
+        Path("/proc/self/comm").write_text(multiprocessing.current_process().name)  # as `top` shows it
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # sent to the whole group: the pipe tells when to end
     for end in others:
