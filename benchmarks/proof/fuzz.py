@@ -5,6 +5,7 @@ what was interesting are kept in .fuzz/; an input that breaks a rule is kept the
 commit into benchmarks/results/fuzz.md; a clone without .fuzz/ goes on from the count in there.
 """
 
+import argparse
 import importlib.util
 import json
 import random
@@ -53,16 +54,27 @@ class Tally:
 
 
 def main(arguments: list[str]) -> int:
-    """arguments  how many inputs in this run; without, as many as are missing"""
+    parser = argparse.ArgumentParser(prog="make fuzz ARGS=", description=__doc__)
+    parser.add_argument("inputs", nargs="?", type=int, help="how many in this run; without, as many as are missing")
+    parser.add_argument("--only", default="", metavar="PART", help="decoders whose name contains this")
+    asked = parser.parse_args(arguments)
     tally = Tally(KEPT, RESULTS)
     guided = importlib.util.find_spec("atheris") is not None
     with TemporaryDirectory(prefix="fuzz-") as folder:
-        known = _load(Path(folder), guided)
-        runs = int(arguments[0]) if arguments else missing(tally.counts, [target.name for target in known])
+        known = chosen(_load(Path(folder), guided), asked.only)
+        runs = missing(tally.counts, [target.name for target in known]) if asked.inputs is None else asked.inputs
         how = "guided by atheris" if guided else "unguided"
         print(f"{tally.counts.total():,} inputs so far, {runs:,} to come, {how}", flush=True)
         _run(tally, runs, known, guided)
     return 0
+
+
+def chosen(known: Sequence[Target], part: str) -> tuple[Target, ...]:
+    """Those whose name contains `part`. Raises SystemExit with the known names when there is none."""
+    found = tuple(target for target in known if part in target.name)
+    if not found:
+        raise SystemExit(f"{part}: no such decoder; there are: {', '.join(sorted(target.name for target in known))}")
+    return found
 
 
 def missing(counts: Counter[str], names: Sequence[str]) -> int:

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from benchmarks.proof.fuzz import LEAST, WANTED, Tally, missing, order_of, page_of
+from benchmarks.proof.fuzz import LEAST, WANTED, Tally, chosen, missing, order_of, page_of
 from benchmarks.proof.noise import changed
 from benchmarks.proof.rules import Broken, Target, must_be_finite
 from benchmarks.proof.targets import targets
@@ -51,3 +51,10 @@ def test_a_clone_without_counts_goes_on_from_the_committed_table(tmp_path: Path)
     tally.add("stamp")
     tally.save()
     assert Tally(tmp_path / "kept", tmp_path / "fuzz.md").counts == counts + Counter(stamp=1)
+
+
+def test_decoders_are_chosen_by_a_part_of_their_name():
+    known = [Target("CAN plant", print, (), 2), Target("message Gnss", print, (), 1)]
+    assert chosen(known, "") == tuple(known) and chosen(known, "CAN") == (known[0],)
+    with pytest.raises(SystemExit, match="lidar: no such decoder; there are: CAN plant, message Gnss"):
+        chosen(known, "lidar")
