@@ -1,7 +1,7 @@
 // node open_recording.mjs RECORDING PICTURE: opens a recording in Foxglove Studio in a real browser and decodes its video there.
 // Exit 1 when Studio misses a topic, reports a problem, or a picture does not decode. PICTURE gets what Studio shows.
 import { createReadStream, statSync } from "node:fs";
-import { open } from "node:fs/promises";
+import { open, readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
@@ -14,6 +14,8 @@ const here = path.dirname(fileURLToPath(import.meta.url));
 const [recording, picture] = process.argv.slice(2);
 const TYPES = { ".js": "text/javascript", ".html": "text/html", ".wasm": "application/wasm" };
 const PATIENCE_MS = 60_000;
+const SLIDER_PX = 56; // from below
+const DRAWN_PX = 500; // dark ones, of a trajectory and people
 
 /** Topics with their counts, and the pictures of each camera, as Foxglove's own reader sees them. */
 async function read(file) {
@@ -97,10 +99,26 @@ async function openInStudio(page, site) {
   await page.getByText("CURRENT SOURCE", { exact: false }).waitFor({ timeout: PATIENCE_MS });
   await page.getByText([...channels.keys()][0], { exact: true }).first().waitFor({ timeout: PATIENCE_MS });
   const topics = await page.evaluate(() => document.body.innerText);
-  await page.screenshot({ path: picture });
   await page.getByText("Problems", { exact: true }).click();
   await page.getByText("No problems found").waitFor({ timeout: 5_000 }).catch(() => {});
   return { topics, problems: await page.evaluate(() => document.body.innerText) };
+}
+
+/** Our layout, as a user imports it, an eighth into the drive; whether Studio draws the planner's scene there. */
+async function showsScene(page) {
+  await page.setViewportSize({ width: 1500, height: 1000 });
+  await page.getByTitle("Layouts", { exact: true }).first().click();
+  await page.getByTitle("Import layout").first().click();
+  await page.getByText("gateway_status.mode").first().waitFor({ timeout: PATIENCE_MS });
+  await page.mouse.click(1500 / 8, 1000 - SLIDER_PX);
+  const boxes = await Promise.all((await page.locator("canvas").all()).map((canvas) => canvas.boundingBox()));
+  const clip = boxes.sort((one, other) => other.height - one.height)[0]; // the 3D panel's
+  const until = Date.now() + PATIENCE_MS;
+  let dark = 0;
+  while (dark < DRAWN_PX && Date.now() < until)
+    dark = await page.evaluate((png) => darkPixels(png), (await page.screenshot({ clip })).toString("base64"));
+  await page.screenshot({ path: picture });
+  return dark >= DRAWN_PX;
 }
 
 const { channels, pictures } = await read(recording);
@@ -109,10 +127,15 @@ await new Promise((done) => server.listen(0, "127.0.0.1", done));
 const site = `http://127.0.0.1:${server.address().port}`;
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
 const page = await browser.newPage({ viewport: { width: 1500, height: 3000 } });
+const layout = await readFile(path.join(here, "../../config/foxglove_layout.json"), "utf8");
+await page.addInitScript((text) => {
+  window.showOpenFilePicker = async () => [{ getFile: async () => new File([text], "remote-operation.json") }];
+}, layout);
 const said = await openInStudio(page, site);
 const wrong = [...channels.keys()].filter((topic) => !said.topics.includes(topic)).map((topic) => `Studio does not list ${topic}`);
 if (!said.problems.includes("No problems found")) wrong.push("Studio reports problems");
 await page.addScriptTag({ url: `${site}/pictures.js` });
+if (channels.has("planner_scene") && !(await showsScene(page))) wrong.push("Studio does not draw the planner's scene");
 for (const [topic, frames] of pictures) {
   const seen = await page.evaluate((address) => decodePictures(address), `${site}/pictures/${topic}`);
   console.log(`${topic}: ${seen.decoded} of ${frames.length} pictures decoded, ${seen.width} x ${seen.height} ${seen.error}`);

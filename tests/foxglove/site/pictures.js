@@ -22,3 +22,16 @@ async function decodePictures(address) {
   if (!seen.error) await decoder.flush();
   return seen;
 }
+
+const DARK = 240; // sum of the three colours: our own dark grey is 170, the grid 600
+
+/** How many pixels of a PNG (base64) are dark. */
+async function darkPixels(png) {
+  const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${png}`)).blob());
+  const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+  context.drawImage(image, 0, 0);
+  const { data } = context.getImageData(0, 0, image.width, image.height);
+  let dark = 0;
+  for (let at = 0; at < data.length; at += 4) dark += data[at] + data[at + 1] + data[at + 2] < DARK ? 1 : 0;
+  return dark;
+}
