@@ -5,15 +5,18 @@ import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import msgspec
 
 from benchmarks.fault_arms import Arm, Armed, End, Finding, nothing
 from benchmarks.fault_commands import Used
 from benchmarks.intruder import READY, Followed
+from benchmarks.rig import RigError
 from benchmarks.two_machines import Listener
-from benchmarks.warm_rig import WarmRig, run_in, wait_for_line
+from benchmarks.warm_rig import WarmRig, log_in, run_in, wait_for_line
 
+INTRUDER = "benchmarks.intruder"
 READY_S = 30.0  # his program on a busy machine
 HEARD_S = 10.0  # until the cycles are
 SIGNATURE = "command signature"  # why the car drops a command without the lease's key
@@ -84,7 +87,7 @@ def wrong_counters(rig: WarmRig) -> Iterator[Armed]:
         before = log.said().count(COUNTER)
 
         def found() -> Finding:
-            told = msgspec.json.decode(loose.end(), type=Followed)
+            told = followed(loose.end(), log_in(rig.sites.car, INTRUDER))
             refused = log.said().count(COUNTER) > before
             said = f"{told.sent} frames sent, {told.followed} of {told.demands} demands were theirs"
             text = said if refused else f"{said}, not refused"
@@ -93,12 +96,20 @@ def wrong_counters(rig: WarmRig) -> Iterator[Armed]:
         yield loosed(loose, found)
 
 
+def followed(said: bytes, log: Path) -> Followed:
+    """What the intruder says in the end. Raises RigError with the end of his log when that is nothing."""
+    try:
+        return msgspec.json.decode(said, type=Followed)
+    except msgspec.DecodeError:
+        raise RigError(f"the intruder did not say what became of his frames: {log.read_text()[-500:]}") from None
+
+
 @contextmanager
 def intruding(rig: WarmRig, what: str, at_tower: bool) -> Iterator[Loose]:
     """Ready; `begin` lets him loose."""
     site = rig.sites.tower if at_tower else rig.sites.car
     elsewhere = 19 if at_tower else 0  # from a computer of its own he would take no time from the car's
-    loose = Loose(run_in(site, "benchmarks.intruder", what, str(site.config), niceness=elsewhere))
+    loose = Loose(run_in(site, INTRUDER, what, str(site.config), niceness=elsewhere))
     try:
         wait_for_line(loose.process, READY, READY_S)
         yield loose

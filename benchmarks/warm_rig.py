@@ -235,13 +235,18 @@ def said(rig: WarmRig) -> str:
     return ", ".join((f"{status.get('mode', 'nothing')}: {status.get('cause', '')}", *gone))
 
 
+def log_in(machine: Machine, module: str) -> Path:
+    """What a module of ours says on standard error."""
+    return machine.folder / f"{module}.log"
+
+
 def run_in(machine: Machine, module: str, *arguments: str, niceness: int = 0) -> "subprocess.Popen[bytes]":
     """A module of ours in a namespace; what it says can be read."""
     return subprocess.Popen(
         ["nice", "-n", str(niceness)] + machine.command("python", "-m", module, *arguments),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
-        stderr=(machine.folder / f"{module}.log").open("ab"),
+        stderr=log_in(machine, module).open("ab"),
         cwd=Path(__file__).resolve().parents[1],
     )
 

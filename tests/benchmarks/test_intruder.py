@@ -1,9 +1,12 @@
 """The intruder's frames: only the counter tells them from the gateway's own, and it does."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.intruder import EVERY, RUN, WANTED_M_S2, WANTED_RAD, with_wrong_counter
+from benchmarks.fault_intruder import followed
+from benchmarks.intruder import EVERY, RUN, WANTED_M_S2, WANTED_RAD, Followed, with_wrong_counter
+from benchmarks.rig import RigError
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.ecu_codec import CommandState, decode_command
 from vehicle_gateway.can.frame import Frame
@@ -49,3 +52,11 @@ def test_a_frame_that_cannot_be_read_makes_none():
     frame = genuine(3)
     unreadable = bytes((0,)) + bytes((e2e.counter_of(frame),)) + b"\xff" * (len(frame.data) - 2)
     assert with_wrong_counter(Frame(frame.arbitration_id, unreadable), COMMAND) is None
+
+
+def test_an_intruder_who_says_nothing_is_told_with_the_end_of_his_log(tmp_path):
+    log = tmp_path / "log"
+    log.write_text("x" * 600 + "the bus is gone")
+    assert followed(b'{"sent":3,"demands":20,"followed":1}', log) == Followed(3, 20, 1)
+    with pytest.raises(RigError, match=r"did not say what became of his frames: x+the bus is gone$"):
+        followed(b"", log)
