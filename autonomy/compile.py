@@ -11,6 +11,7 @@ from pathlib import Path
 from time import monotonic
 
 from autonomy.control.mpcc.warm_up import warm_up as tracker
+from autonomy.planning.along_street import warm_up as prediction
 from autonomy.planning.guidance.warm_up import warm_up as guidance
 from autonomy.planning.kernels import kept_in
 from autonomy.planning.learned.warm_up import warm_up as learned_guess
@@ -20,6 +21,7 @@ WARM_UPS: dict[str, Callable[[], None]] = {
     "guidance planner": guidance,
     "local planner": local_planner,
     "learned guess": learned_guess,
+    "prediction": prediction,
     "tracker": tracker,
 }
 COMPLETE = "complete"  # a file beside the kernels, once all of them are

@@ -7,9 +7,9 @@ oncoming lane is no road here. It drives while the car is in its lane and nobody
 no way for a while, the braking planner drives alone. From beside the lane no way in it can be found, and to a wheel that swings
 round people nobody can align his own.
 
-Beyond the 4 s that tracks are predicted for, people go on as they went, to the horizon's end: whoever is not predicted there
-would be free room. Their deviation grows as in the published planner, 0.3 m dt sqrt(k) a stage: at 10 Hz a plan need not reckon
-with what somebody might decide in seven seconds, or it would never go.
+Beyond the 4 s that tracks are predicted for, people go on as they went, to the horizon's end, along the street if they follow it
+(`along_street.py`): whoever is not predicted there would be free room. Their deviation grows as in the published planner,
+0.3 m dt sqrt(k) a stage: at 10 Hz a plan need not reckon with what somebody might decide in seven seconds, or it would never go.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -22,6 +22,7 @@ from autonomy.car_shape import CarShape
 from autonomy.localization.ekf import Pose
 from autonomy.perception.prediction import OnRoad, on_road
 from autonomy.perception.tracking import Track
+from autonomy.planning.along_street import along_street
 from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation
 from autonomy.planning.horizon import HORIZON_S, PLAN_PERIOD_S, STEP_S, STEPS, CarState, Floats, Predictions, Trajectory
 from autonomy.planning.reference_path import ReferencePath, lane_path
@@ -67,7 +68,7 @@ def around(
         return None
     wanted = ceiling_of(made, situation.road, settings)(situation.station_m)
     room = with_room_for(car, situation.shape, path)
-    return Around(car=car, path=room, predictions=predicted(made, situation), speed_m_s=wanted)
+    return Around(car=car, path=room, predictions=along_street(predicted(made, situation), path), speed_m_s=wanted)
 
 
 def _expected(before: Trajectory | None, pose: Pose, angle_rad: float) -> tuple[Pose, float]:

@@ -20,7 +20,7 @@ from wire.scenario import read_map
 
 ROAD = Road(read_map(shipped("maps", "bend.toml")))  # straight for 60 m, own lane from -3.5 to 0
 SHAPE = car_shape(read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"])
-LANE, SETTINGS = lane_of(ROAD), PlanningSettings()
+LANE, SETTINGS, LOW_M = lane_of(ROAD), PlanningSettings(), -3.5
 NOW_NS = 1_000_000_000
 
 
@@ -118,6 +118,19 @@ def test_people_who_walk_go_on_to_the_end_of_the_horizon_and_grow_less_certain()
     deviations = np.sqrt(found.covariances_m2[:, 0, 0, 0])
     assert deviations[0] == pytest.approx(0.1)
     assert deviations[-1] == pytest.approx(np.sqrt(0.01 + (0.3 * STEP_S) ** 2 * STEPS))
+
+
+def test_a_cyclist_who_comes_round_the_bend_is_predicted_on_his_own_line_and_not_across_the_lane() -> None:
+    """From 82 m on the road, 1 m left of its middle, at 4 m/s: 28 m farther down when the horizon ends."""
+    x, y, heading = ROAD.to_world(82.0, 1.0)
+    cyclist = person(x, y, -4.0 * np.cos(heading), -4.0 * np.sin(heading))
+    asked = around(made(), situation(cyclist), pose(), 0.0, LANE, SETTINGS)
+    assert asked is not None and asked.predictions is not None and asked.predictions.numbers == (1,)
+    at = [ROAD.to_road(px, py) for px, py in asked.predictions.positions_m[:, 0].tolist()]
+    assert [place.offset_m for place in at] == pytest.approx([1.0] * (STEPS + 1), abs=0.02)
+    assert at[-1].station_m == pytest.approx(60.0 - (28.0 - 22.0 * (1.0 - 1.0 * 0.0222)), abs=0.1)
+    straight_on = predicted(made(), situation(cyclist)).positions_m[-1, 0]
+    assert ROAD.to_road(*straight_on.tolist()).offset_m < LOW_M  # through the lane and out of it at the kerb
 
 
 def test_whoever_stands_in_the_way_has_a_stop_instead_and_whoever_is_far_from_it_is_left_out() -> None:

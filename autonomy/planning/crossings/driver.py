@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from autonomy.car_shape import CarShape
+from autonomy.planning.along_street import along_street
 from autonomy.planning.crossings.drive import Asked, Planner, Seen
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import CarState
@@ -19,7 +20,7 @@ BEHIND_M, BEYOND_M = 5.0, 30.0  # of the road, so that neither start nor horizon
 class Looked(NamedTuple):
     """One decision, and what it was made from."""
 
-    seen: Seen
+    seen: Seen  # with its predictions along the street
     before: TopologyState
     around: Around
     decision: Decision
@@ -34,6 +35,7 @@ def topology_driver(world: World, settings: TopologySettings, look: Look = lambd
 
     def asked(seen: Seen) -> Asked:
         nonlocal state
+        seen = seen._replace(predictions=along_street(seen.predictions, path))
         around = Around(car=on_path(seen.car), path=path, predictions=seen.predictions, speed_m_s=world.crossing.speed_m_s)
         before = state
         state, decision = plan(before, around, CAR, settings)

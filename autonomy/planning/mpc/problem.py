@@ -60,10 +60,10 @@ def refusal(problem: Problem) -> str:
         return "no predictions"
     if not _is_within(state_of(problem.start)) or not np.isfinite(problem.speed_m_s):
         return "the start or the speed asked for is no number"
-    return _path_refused(problem.path) or _people_refused(people) or _sides_refused(problem.sides, people.count)
+    return path_refused(problem.path) or people_refused(people) or _sides_refused(problem.sides, people.count)
 
 
-def _path_refused(path: ReferencePath) -> str:
+def path_refused(path: ReferencePath) -> str:
     knots = path.knots_m.shape
     cubics = (knots[0] - 1, 4)
     if knots[0] < 2 or (path.x_coefficients.shape, path.y_coefficients.shape) != (cubics, cubics):
@@ -75,7 +75,7 @@ def _path_refused(path: ReferencePath) -> str:
     return ""
 
 
-def _people_refused(people: Predictions) -> str:
+def people_refused(people: Predictions) -> str:
     n = people.count
     shapes = people.positions_m.shape, people.covariances_m2.shape, people.radii_m.shape
     if shapes != ((STAGES, n, 2), (STAGES, n, 2, 2), (n,)):
