@@ -31,6 +31,7 @@ def planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> tu
         speed_m_s=place.pose.speed_m_s,
         tracks=state.tracks.confirmed,
         slowing=state.slowing if state.driving else None,
+        pose=(place.pose.x_m, place.pose.y_m, place.pose.heading_rad),
     )
     made = plan(situation, _before(state, place, setup), setup.settings.planning)
     state, thought = _among_people(state, situation, made, place, inputs, setup)

@@ -7,7 +7,7 @@ Decelerations: near Autoware's comfortable (1.0) and moderate (1.5 m/s2) stops; 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
+from math import cos, inf, sin
 from typing import Annotated
 
 from msgspec import Meta
@@ -20,12 +20,13 @@ from autonomy.planning.occupancy import Occupancy, occupancy
 from autonomy.planning.route import Lane, Shift, bend_caps, own_lane, path_points
 from autonomy.planning.speed_limits import SpeedCap, StopPoint, driving_time_s
 from wire.messages.base import Message, Point
-from wire.road import Road
+from wire.road import Pose, Road
 
 Metres = Annotated[float, Meta(ge=0.0, le=200.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=10.0)]
 BESIDE_SPEED_M_S = 1.0  # slower than this the car waits for somebody right beside it
 PASSING_LEAST_M_S = 2.0
+STANDS_M_S = 0.1  # slower: it stands
 PASSING_TIME_S = 1.0  # between the car's rear and a person who comes, when the car could as well stop
 PASSING_TIME_LEAST_S = 0.1  # when only firm braking could still stop it
 TIGHT_SIDE_M = 0.1  # beside the car's body: no comfort, no contact
@@ -75,6 +76,7 @@ class Situation:
     speed_m_s: float
     tracks: tuple[Track, ...]  # confirmed
     slowing: StopPoint | None = None  # of an open take-over request
+    pose: Pose | None = None  # of the rear axle; None: in the middle of its lane, along it
 
 
 def plan(situation: Situation, previous: Plan | None, settings: PlanningSettings) -> Plan:
@@ -88,8 +90,10 @@ def plan(situation: Situation, previous: Plan | None, settings: PlanningSettings
     standing = [StopPoint(road.map.goal_station_m, settings.comfort_m_s2, "goal"), *_closed_stops(closed, situation, settings)]
     bends = bend_caps(road, lane.middle_m, settings.lateral_m_s2)
     movers = [thing for thing in things if thing not in static]
-    stays = [(thing, _stay(thing, lane, situation, settings.person_side_m)) for thing in movers]
-    waits = [(stop, thing) for thing, stay in stays for stop in _person_stops(thing, stay, lane, situation, previous, settings)]
+    inside = [thing for thing in movers if _is_inside(thing.track, situation)]
+    stays = [(thing, _stay(thing, lane, situation, settings.person_side_m)) for thing in movers if thing not in inside]
+    waits = [(_stop_at_once(thing, situation, previous, settings), thing) for thing in inside]
+    waits += [(stop, thing) for thing, stay in stays for stop in _person_stops(thing, stay, lane, situation, previous, settings)]
     passing = tuple(
         cap for thing, stay in stays if stay is None for cap in _passing_caps(thing, lane.middle_m, situation, settings)
     )
@@ -146,6 +150,24 @@ def _closed_stops(closed: Blockage | None, situation: Situation, settings: Plann
 def _stay(thing: OnRoad, lane: Lane, situation: Situation, side_m: float) -> Occupancy | None:
     half = situation.shape.half_width_m + side_m
     return occupancy(thing, lane.middle_m - half, lane.middle_m + half, situation.road.half_width_m)
+
+
+def _is_inside(track: Track, situation: Situation) -> bool:
+    """Whether its middle is reported inside the car's outline: no way past somebody comes so near."""
+    road, shape = situation.road, situation.shape
+    x, y, heading = situation.pose or road.to_world(situation.station_m, own_lane(road).middle_m)
+    dx, dy, c, s = track.x_m - x, track.y_m - y, cos(heading), sin(heading)
+    return -shape.rear_m < dx * c + dy * s < shape.front_m and abs(dy * c - dx * s) < shape.half_width_m
+
+
+def _stop_at_once(thing: OnRoad, situation: Situation, previous: Plan | None, settings: PlanningSettings) -> StopPoint:
+    """They are never taken to be passed: the car does not roll on over somebody. Firmly at most: no braking avoids them any more,
+    and it may be a ghost, which the gateway's guard takes it for.
+    """
+    waited = previous is not None and thing.track.number in previous.waited_for
+    stands = situation.speed_m_s < STANDS_M_S
+    deceleration = settings.comfort_m_s2 if stands else settings.firm_m_s2 if waited else settings.moderate_m_s2
+    return StopPoint(situation.station_m, deceleration, "standing" if thing.track.static else "person")
 
 
 def _person_stops(
@@ -211,7 +233,7 @@ def _person_braking(gap_m: float, speed_m_s: float, settings: PlanningSettings) 
 
 def _needed(speed_m_s: float, distance_m: float) -> float:
     """Deceleration to standstill within a distance; standing, none is needed however near it is."""
-    if speed_m_s < 0.1:
+    if speed_m_s < STANDS_M_S:
         return 0.0
     return speed_m_s**2 / (2 * distance_m) if distance_m > 0.05 else inf
 

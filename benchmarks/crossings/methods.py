@@ -47,6 +47,7 @@ def braking(settings: PlanningSettings, speed: SpeedSettings) -> Method:
                 station_m=at.station_m,
                 speed_m_s=car.speed_m_s,
                 tracks=tracks_of(seen),
+                pose=(car.x_m, car.y_m, car.heading_rad),
             )
             before = plan(situation, before, settings)
             ahead = at.station_m + preview_m(memory, car.speed_m_s, speed)

@@ -19,7 +19,8 @@ from wire.messages.vehicle import Mode
 from wire.road import Road
 from wire.scenario import Person, Start
 
-GHOST = DetectedObject(x_m=0.0, y_m=0.0, radius_m=0.3, kind="person")  # inside the car: nothing is feasible, whatever it does
+# Reaches into the car from beside it: nothing is feasible, whatever it does, and the braking planner takes it to be passed.
+GHOST = DetectedObject(x_m=0.0, y_m=1.0, radius_m=0.3, kind="person")
 NO_WAY = "No way among the people has been found"
 
 
