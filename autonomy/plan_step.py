@@ -67,7 +67,8 @@ def _among_people(
         angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
         taken = state.topology.taken
         before = taken.trajectory if taken is not None else None
-        asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before)
+        lane, planning, passed_s = setup.among_people.lane, setup.settings.planning, _since_plan_s(state)
+        asked = around(made, situation, place.pose, angle, lane, planning, before, passed_s)
     if asked is None:
         return replace(state, plan=made, topology=TopologyState(), way=None), NOTHING
     topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology, _since_plan_s(state))

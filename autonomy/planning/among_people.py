@@ -25,6 +25,7 @@ from autonomy.perception.tracking import Track
 from autonomy.planning.along_street import along_street
 from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation
 from autonomy.planning.horizon import HORIZON_S, PLAN_PERIOD_S, STEP_S, STEPS, CarState, Floats, Predictions, Trajectory
+from autonomy.planning.mpc.guess import later
 from autonomy.planning.reference_path import ReferencePath, lane_path
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import StopPoint, ceiling
@@ -57,13 +58,14 @@ def around(
     path: ReferencePath,
     settings: PlanningSettings,
     before: Trajectory | None = None,
+    passed_s: float = PLAN_PERIOD_S,
 ) -> Around | None:
     """What the topology planner is asked for the plan that the braking planner `made`; None: it is not its turn, too far beside.
 
-    before  what was taken a plan's period ago, None when it was not its turn: a car that is about where that says is taken to be
+    before  what was taken `passed_s` ago, None when it was not its turn: a car that is about where that says is taken to be
             there. Else the noise of every measurement would be a new way, and the wheels would follow it.
     """
-    car = car_on(path, *_expected(before, pose, angle_rad))
+    car = car_on(path, *_expected(before, passed_s, pose, angle_rad))
     if not is_in_lane(car, situation.shape, path, was=before is not None):
         return None
     wanted = ceiling_of(made, situation.road, settings)(situation.station_m)
@@ -71,12 +73,11 @@ def around(
     return Around(car=car, path=room, predictions=along_street(predicted(made, situation), path), speed_m_s=wanted)
 
 
-def _expected(before: Trajectory | None, pose: Pose, angle_rad: float) -> tuple[Pose, float]:
+def _expected(before: Trajectory | None, passed_s: float, pose: Pose, angle_rad: float) -> tuple[Pose, float]:
     """Pose and road wheel angle by the last plan; as measured where they are not near."""
     if before is None or not before.feasible:
         return pose, angle_rad
-    share = PLAN_PERIOD_S / STEP_S
-    x, y, heading, speed, angle, _ = (float(value) for value in (1.0 - share) * before.states[0] + share * before.states[1])
+    x, y, heading, speed, angle, _ = map(float, later(before, passed_s).states[0])
     away_m = hypot(x - pose.x_m, y - pose.y_m)
     gaps = (
         (away_m, NEAR_M),

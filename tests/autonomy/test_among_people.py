@@ -160,6 +160,12 @@ def test_a_plan_begins_where_the_last_one_expected_the_car_unless_it_is_elsewher
     assert (asked.car.speed_m_s, asked.car.road_wheel_angle_rad) == pytest.approx((6.0, 0.0) if near else (speed, wheels))
 
 
+@pytest.mark.parametrize(("passed_s", "expected"), [(0.1, 20.6), (0.25, 21.5), (0.3, 21.8)])
+def test_after_a_plan_that_came_late_the_car_is_expected_farther_on(passed_s: float, expected: float) -> None:
+    asked = around(made(), situation(), pose(x=expected + 0.1, speed=6.1), 0.0, LANE, SETTINGS, straight(), passed_s)
+    assert asked.car.x_m == pytest.approx(expected)
+
+
 def test_without_a_last_plan_or_after_one_that_was_not_feasible_it_begins_as_measured() -> None:
     for before in (None, replace(straight(), feasible=False)):
         assert around(made(), situation(), pose(x=20.55), 0.02, LANE, SETTINGS, before).car.x_m == 20.55
