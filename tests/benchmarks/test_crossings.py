@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
-from autonomy.planning.crossings.drive import Asked, Verdict
+from autonomy.planning.crossings.drive import Asked, Verdict, drive
 from autonomy.planning.crossings.driver import CAR
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
 from autonomy.training.collect import CROSSINGS
-from benchmarks.crossings.methods import street_as_lane
+from benchmarks.crossings.methods import METHODS, street_as_lane
 from benchmarks.crossings.runs import Run, Runs
 from benchmarks.crossings.table import RESULT, SEEDS, difference, head, interval, main, reported, told, written_to
 from benchmarks.crossings.tuning import candidates
@@ -112,3 +113,13 @@ def test_the_braking_planners_lane_is_the_street(name: str) -> None:
         assert at.offset_m == pytest.approx(-half, abs=1e-6)
         assert at.heading_rad == pytest.approx(heading, abs=1e-6)
     assert CAR.half_width_m < half
+
+
+@pytest.mark.parametrize("seed", [2, 53])
+def test_the_car_has_a_way_past_a_cyclist_who_comes_round_the_bend(seed: int) -> None:
+    """Predicted straight on he crossed its lane: it stood turned to the left without a plan until, at 8 to 9 s, he rode into it."""
+    crossing = replace(read_crossing(find_crossing("cyclist"))[0], time_limit_s=10.0)
+    world = world_of(crossing, seed)
+    verdict, _ = drive(world, CAR, METHODS["T-MPC++"](world))
+    assert not verdict.collided and verdict.closest_m is not None and verdict.closest_m > 0.5
+    assert verdict.braked < 5
