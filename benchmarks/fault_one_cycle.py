@@ -22,7 +22,7 @@ from benchmarks.warm_rig import WarmRig, said
 from wire.messages.session import Action, Outcome
 from wire.messages.vehicle import Mode
 
-TRIES_MAX = 8  # in about every other both fall into one cycle
+TRIES_MAX = 24  # in one of four both fall into one cycle
 HELD_S, OPEN_S = 0.04, 0.01  # of the way to the car: twenty bunches a second, and far below any limit of silence
 HEARD_S = 10.0  # until the cycles are heard at all; and until that of the grant is
 NOT_SIGNED = "hand-over signature"  # why the car drops the question of whoever does not hold the lease
@@ -52,6 +52,7 @@ class Taken(NamedTuple):
     """One try: the operator drives."""
 
     by_one_grant: bool  # the lease's holder, and the first grant of this gateway
+    grant: str  # who it was, its number, what became of it
     meeting: Meeting
     refused: int  # questions that were not signed with the lease's key
     cause: str
@@ -98,7 +99,8 @@ def at_once(rig: WarmRig, number: int, beside: Beside) -> Shot:
     while taken.by_one_grant and not beside.met(taken.meeting) and tries < TRIES_MAX:
         tries, taken = tries + 1, _taken(rig, beside)
     met, meeting = beside.met(taken.meeting), taken.meeting
-    what = f"{beside.words} in the cycle of the grant" if met else "the two never fell into one cycle"
+    what = f"{beside.words} in the cycle of the grant" if met else "the two did not fall into one cycle"
+    what += "" if taken.by_one_grant else f", and not by one grant: {taken.grant}"
     text = f"{meeting.origin}: {what} at try {tries}; {taken.refused} questions refused at the door; {taken.cause}"
     return Shot(kind="", speed_m_s=rig.referee()[-1].speed_m_s, held=taken.by_one_grant and met, text=text, saw=said(rig))
 
@@ -119,8 +121,14 @@ def _taken(rig: WarmRig, beside: Beside) -> Taken:
         status = status_when(rig, lambda status: status["mode"] == Mode.REMOTE, TAKES_S)
         meeting = _meeting(rig, cycles)
     hand_over = status["hand_over"]
-    one = (status["lease_holder"], hand_over["number"], hand_over["state"]) == (HOLDER, 1, "committed")
-    return Taken(one, meeting, int(status["dropped"].get(NOT_SIGNED, 0)), status["cause"])
+    grant = status["lease_holder"], hand_over["number"], hand_over["state"]
+    return Taken(
+        grant == (HOLDER, 1, "committed"),
+        " ".join(map(str, grant)),
+        meeting,
+        int(status["dropped"].get(NOT_SIGNED, 0)),
+        status["cause"],
+    )
 
 
 def _bunch_until_taken(rig: WarmRig) -> None:
