@@ -40,7 +40,7 @@ SUBJECTS = (
     _gateway("guard", "guard", "sweep", mutated=False),
     _gateway("guarding", "guard", "cycle_stops", mutated=False),
     _gateway("zones", "zones", mutated=False),
-    _gateway("zoning", "zones", "guard", mutated=False),
+    _gateway("zoning", "zones", "zones_driven", "guard", mutated=False),
 )
 
 

@@ -13,6 +13,7 @@ from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.cycle import step
 from vehicle_gateway.free_way import keep_surroundings
 from vehicle_gateway.guard import (
+    CANDIDATES_MAX,
     RULE,
     THINGS_MAX,
     Eye,
@@ -23,6 +24,7 @@ from vehicle_gateway.guard import (
     arc,
     first_touch,
     motion_of,
+    near_path,
     things_of,
     watch,
 )
@@ -369,3 +371,21 @@ def test_the_guard_never_steers():
     drive.steer = 0.02
     drive.until(lambda drive: RULE in drive.rules).run(0.3)
     assert drive.out.applied.road_wheel_angle_rad == drive.out.requested.road_wheel_angle_rad == 0.02
+
+
+@pytest.mark.parametrize("speed", [2.0, 6.0])
+def test_of_more_things_near_the_path_than_a_cycle_can_look_at_those_nearest_to_the_bumper_count(speed):
+    """A row across the lane, from beside the car to far ahead."""
+    places = [FRONT + 0.4 * number for number in range(-3, CANDIDATES_MAX + 3)]
+    row = Things(stamp_ns=START, near=tuple(Thing(x, 0.0, 0.0, 0.0, 0.1) for x in reversed(places)))
+    found = near_path(row, (0.0, 0.0, 0.0), motion_of(speed, 0.0, False, CAR), False, 0.0, LIMITS)
+    reached = sorted(each.x_m for each in near_path_of_each(places, speed))
+    assert len(reached) > CANDIDATES_MAX
+    assert sorted(each.x_m for each in found) == sorted(sorted(reached, key=lambda x: abs(x - FRONT))[:CANDIDATES_MAX])
+
+
+def near_path_of_each(places, speed):
+    """Each alone, of which none can be left out for another."""
+    motion = motion_of(speed, 0.0, False, CAR)
+    alone = [Things(stamp_ns=START, near=(Thing(x, 0.0, 0.0, 0.0, 0.1),)) for x in places]
+    return [near for things in alone for near in near_path(things, (0.0, 0.0, 0.0), motion, False, 0.0, LIMITS)]
