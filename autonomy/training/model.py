@@ -12,6 +12,7 @@ from autonomy.planning.horizon import STEP_S, STEPS
 from autonomy.planning.learned.network import OUT, SUM_SHARE, Weights
 from autonomy.training.batches import Batch
 
+jax.config.update("jax_platforms", "cpu")  # else it tells what other hardware it looked for and did not find
 ANGLE_MAX_RAD = 0.55  # reference, motion-planner.md: Prius
 WHEELBASE_M = 2.79
 H = STEP_S
