@@ -10,6 +10,7 @@ killed   SIGKILL of the cockpit to the first CAN frame that brakes, the car roll
 
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -22,9 +23,11 @@ import msgspec
 
 from benchmarks.datagram_wheel import PROFILE
 from benchmarks.fault_commands import Used
+from benchmarks.fault_intruder import INTRUDER, READY_S, Loose
 from benchmarks.fault_link_stall import stalls
 from benchmarks.figures import Figure, figure, percentile
-from benchmarks.session import running
+from benchmarks.intruder import READY
+from benchmarks.warm_rig import wait_for_line
 from benchmarks.wheel_to_can import driven
 from vehicle_gateway.failsafe import Cause, FailsafeLimits
 from vehicle_gateway.state import Inputs, Outputs
@@ -69,7 +72,7 @@ def one_session() -> Iterator[Figure]:
     """Flooded, then standing still."""
     with tempfile.TemporaryDirectory(prefix="reaction-") as folder, driven(Path(folder), FIFO) as (bench, config, cockpit):
         quiet = ("without it", percentile(bench.events()[0], 0.99))
-        with running(Path(folder), (sys.executable, "-m", "benchmarks.intruder", "flood", str(config))):
+        with flooding(config):
             bench.wait(lambda: bench.status is not None and sum(bench.status.dropped.values()) > FLOODED, "the flood")
             flooded = percentile(bench.events()[0], 0.99)
         yield figure(NAME, "10,000 junk messages/s", "wheel to CAN p99", "ms", flooded, peer=quiet, ratio_at_most=FLOOD_RATIO)
@@ -80,6 +83,17 @@ def one_session() -> Iterator[Figure]:
             bench.pause(AFTER_S)
         oldest = max(cycles.ages_ms)
         yield figure(NAME, f"cockpit stands for {STALL_S:g} s", "oldest command used", "ms", oldest, at_most=LIMITS.loop_age_max_ms)
+
+
+@contextmanager
+def flooding(config: Path) -> Iterator[None]:
+    flood = Loose(subprocess.Popen((sys.executable, "-m", INTRUDER, "flood", str(config)), stdout=subprocess.PIPE))
+    try:
+        wait_for_line(flood.process, READY, READY_S)
+        flood.begin()
+        yield
+    finally:
+        flood.end()
 
 
 def kill_once() -> tuple[float, float]:
