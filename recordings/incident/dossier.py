@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from recordings.audit.report import read_authority
+from recordings.audit.report import read_authority, said
 from recordings.audit.source import read_lines
 from recordings.audit.verify import verify
 from recordings.errors import RecordingError
@@ -32,5 +32,5 @@ def chain_of(path: Path, authority: Path | None) -> str:
     except RecordingError as error:
         return f"not verified: {error}"
     if found.problems:
-        return f"NOT as it was written: {len(found.problems)} problems; see recordings audit {path}"
+        return f"NOT verified: {len(found.problems)} problems, the first: {said(found.problems[0])}; see recordings audit {path}"
     return f"{found.records} records, chain whole, signed up to record {found.signed_to}, {found.unsigned} behind it"

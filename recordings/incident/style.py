@@ -14,7 +14,7 @@ dl.facts dt{color:var(--dim)}dl.facts dd{margin:0;overflow-wrap:anywhere}
 .at{border-left:5px solid var(--moment);background:#fdf3f3;padding:10px 16px;margin:14px 0}
 table{border-collapse:collapse;width:100%;font-size:13px}th{text-align:left;color:var(--dim);font-weight:600}
 th,td{padding:4px 10px 4px 0;border-bottom:1px solid var(--hair);vertical-align:top}
-td:last-child{white-space:nowrap}td.t{white-space:nowrap;font-variant-numeric:tabular-nums;text-align:right;padding-right:14px}
+td.t{white-space:nowrap;font-variant-numeric:tabular-nums;text-align:right;padding-right:14px}
 tr.now td{border-top:2px solid var(--moment)}
 .tag{display:inline-block;min-width:72px;font-size:11.5px;padding:0 7px;border-radius:9px;text-align:center;background:#f4f6f9;
 border:1px solid var(--hair)}
