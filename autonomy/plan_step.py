@@ -62,16 +62,15 @@ def _among_people(
 
     But a loss is looked at until it is over, also while it is what somebody is asked to take over for.
     """
-    asked, is_open = None, state.monitor.request is not None
+    asked, is_open, passed_s = None, state.monitor.request is not None, _since_plan_s(state)
     if setup.among_people is not None and state.driving and (not is_open or state.waiting.is_lost):
         angle = inputs.wheels.road_wheel_angle_rad if inputs.wheels else 0.0
         taken = state.topology.taken
         before = taken.trajectory if taken is not None else None
-        lane, planning, passed_s = setup.among_people.lane, setup.settings.planning, _since_plan_s(state)
-        asked = around(made, situation, place.pose, angle, lane, planning, before, passed_s)
+        asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before, passed_s)
     if asked is None:
         return replace(state, plan=made, topology=TopologyState(), way=None), NOTHING
-    topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology, _since_plan_s(state))
+    topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology, passed_s)
     if is_open:
         return replace(state, plan=made, topology=topology, way=None), NOTHING
     thought = decision, asked.predictions

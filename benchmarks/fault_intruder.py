@@ -105,13 +105,20 @@ def followed(said: bytes, log: Path) -> Followed:
 
 
 @contextmanager
+def got_ready(process: "subprocess.Popen[bytes]") -> Iterator[Loose]:
+    """An intruder who has just been started, as soon as he is ready; leaving the context ends him. Raises RigError."""
+    loose = Loose(process)
+    try:
+        wait_for_line(process, READY, READY_S)
+        yield loose
+    finally:
+        loose.end()
+
+
+@contextmanager
 def intruding(rig: WarmRig, what: str, at_tower: bool) -> Iterator[Loose]:
     """Ready; `begin` lets him loose."""
     site = rig.sites.tower if at_tower else rig.sites.car
     elsewhere = 19 if at_tower else 0  # from a computer of its own he would take no time from the car's
-    loose = Loose(run_in(site, INTRUDER, what, str(site.config), niceness=elsewhere))
-    try:
-        wait_for_line(loose.process, READY, READY_S)
+    with got_ready(run_in(site, INTRUDER, what, str(site.config), niceness=elsewhere)) as loose:
         yield loose
-    finally:
-        loose.end()

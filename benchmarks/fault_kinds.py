@@ -13,7 +13,7 @@ import resource
 import signal
 from typing import NamedTuple
 
-from benchmarks.fault_arms import Arm, End, Fate, at_once, nothing
+from benchmarks.fault_arms import Arm, End, Fate, Hurt, at_once, nothing
 from benchmarks.fault_bounds import STILL_PICTURE, Bound, after, stops
 from benchmarks.fault_certificates import EARLY_S, ends
 from benchmarks.fault_commands import SLOW_MS
@@ -67,13 +67,7 @@ def stalled(name: str, seconds: float) -> Arm:
     return at_once(hurt)
 
 
-def blackout(rig: WarmRig) -> End:
-    """Until the rig heals."""
-    rig.way.be(BLACK, BLACK)
-    return nothing
-
-
-def way(forward: Impairment, back: Impairment | None = None, seconds: float | None = None) -> Arm:
+def impaired(forward: Impairment, back: Impairment | None = None, seconds: float | None = None) -> Hurt:
     """Both directions, until the rig heals or for so long. forward: from the tower to the car."""
 
     def hurt(rig: WarmRig) -> End:
@@ -83,7 +77,11 @@ def way(forward: Impairment, back: Impairment | None = None, seconds: float | No
             rig.way.be()
         return nothing
 
-    return at_once(hurt)
+    return hurt
+
+
+def way(forward: Impairment, back: Impairment | None = None, seconds: float | None = None) -> Arm:
+    return at_once(impaired(forward, back, seconds))
 
 
 @at_once
@@ -209,7 +207,15 @@ KINDS: tuple[Kind | Exchange, ...] = (
     Kind(
         "zone-inside", "a side camera hangs in a no-stop zone", Fate.GOES_ON, None, in_zone(hangs(CAMERA), left_slowly), 16.0, ZONED
     ),
-    Kind("zone-link-black", "nothing for 5 s, in a no-stop zone", Fate.STANDS, _LOST, in_zone(blackout, stood_there), 5.0, ZONED),
+    Kind(
+        "zone-link-black",
+        "the link is black from a no-stop zone on",
+        Fate.STANDS,
+        _LOST,
+        in_zone(impaired(BLACK), stood_there),
+        5.0,
+        ZONED,
+    ),
     *EXCHANGES,
     *MEETINGS,
 )

@@ -20,7 +20,7 @@ from wire.messages.vehicle import Mode
 
 FRONT_M, REAR_M = CAR.length_m - CAR.rear_overhang_m, CAR.rear_overhang_m  # from the rear axle, which has the station
 BEFORE_M = (20.0, 26.0)  # the fault begins so far before it: a picture is old after a second, and the car can still stop
-INSIDE_M = (-3.0, -0.5)
+INSIDE_M = (-3.0, -0.5)  # likewise: the front is on it by that much, and the back is not
 WAITS_M = 1.5  # at most so far from the edge
 PACE_M_S = 1.1 * 5 / 3.6  # walking pace and a tenth
 STRAIGHT_ON_S = 30.0  # patience until a healed car has the zone behind it
@@ -117,21 +117,19 @@ class AtZone:
         return finding._replace(text=f"{finding.text}, and went on when the camera did")
 
 
-def before_zone() -> Arm:
-    """The side camera hangs before one, and is well again when the car has waited."""
-
+def at_zone(hurt: Hurt, between_m: tuple[float, float], found: Callable[[AtZone], Finding]) -> Arm:
     def arm(rig: WarmRig) -> AbstractContextManager[Armed]:
-        at = AtZone(rig, hangs(CAMERA), BEFORE_M)
-        return nullcontext(Armed(at.hurt, at.is_due, found=at.waited_and_went_on))
+        at = AtZone(rig, hurt, between_m)
+        return nullcontext(Armed(at.hurt, at.is_due, found=lambda: found(at)))
 
     return arm
+
+
+def before_zone() -> Arm:
+    """The side camera hangs before one, and is well again when the car has waited."""
+    return at_zone(hangs(CAMERA), BEFORE_M, AtZone.waited_and_went_on)
 
 
 def in_zone(hurt: Hurt, found: Callable[[Way], Finding]) -> Arm:
     """Done while the front of the car is on one."""
-
-    def arm(rig: WarmRig) -> AbstractContextManager[Armed]:
-        at = AtZone(rig, hurt, INSIDE_M)
-        return nullcontext(Armed(at.hurt, at.is_due, found=lambda: found(at.way())))
-
-    return arm
+    return at_zone(hurt, INSIDE_M, lambda at: found(at.way()))

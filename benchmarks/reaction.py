@@ -23,11 +23,9 @@ import msgspec
 
 from benchmarks.datagram_wheel import PROFILE
 from benchmarks.fault_commands import Used
-from benchmarks.fault_intruder import INTRUDER, READY_S, Loose
+from benchmarks.fault_intruder import INTRUDER, got_ready
 from benchmarks.fault_link_stall import stalls
 from benchmarks.figures import Figure, figure, percentile
-from benchmarks.intruder import READY
-from benchmarks.warm_rig import wait_for_line
 from benchmarks.wheel_to_can import driven
 from vehicle_gateway.failsafe import Cause, FailsafeLimits
 from vehicle_gateway.state import Inputs, Outputs
@@ -87,13 +85,10 @@ def one_session() -> Iterator[Figure]:
 
 @contextmanager
 def flooding(config: Path) -> Iterator[None]:
-    flood = Loose(subprocess.Popen((sys.executable, "-m", INTRUDER, "flood", str(config)), stdout=subprocess.PIPE))
-    try:
-        wait_for_line(flood.process, READY, READY_S)
+    """10,000 junk messages a second on the command key, from here on."""
+    with got_ready(subprocess.Popen((sys.executable, "-m", INTRUDER, "flood", str(config)), stdout=subprocess.PIPE)) as flood:
         flood.begin()
         yield
-    finally:
-        flood.end()
 
 
 def kill_once() -> tuple[float, float]:

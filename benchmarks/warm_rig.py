@@ -196,6 +196,7 @@ def _world(folder: Path, ride: Ride) -> Path:
 
 
 def zone_from(station_m: float) -> dict[str, Any]:
+    """A no-stop zone of the gateway's map, from kerb to kerb and both sidewalks (3.5 and 2.5 m a side)."""
     both_lanes = {"right_m": -6.0, "left_m": 6.0}
     return {
         "kind": "no_stop",

@@ -149,11 +149,8 @@ def test_tower_and_car_tell_the_same_of_every_hand_over_by_the_number_of_its_que
         trail = [entry for entry in entries if entry.kind in (AuditKind.GRANT, AuditKind.HAND_OVER)]
     done = sorted(number for number, state in ended if state == "committed")
     assert len(done) == 2, "one taken, one handed back"
-    for number in done:
-        assert {
-            (number, "requested"),
-            (number, "committed"),
-        } <= asked  # granted and committed may be heard in one cycle of the cockpit
+    for number in done:  # granted and committed may be heard in one cycle of the cockpit
+        assert {(number, "requested"), (number, "committed")} <= asked
         assert [entry.kind for entry in trail if entry.question == number] == [AuditKind.GRANT, AuditKind.HAND_OVER]
 
 

@@ -108,7 +108,7 @@ class Codec:
     def decode(self, state: FeedbackState, frame: Frame) -> tuple[FeedbackState, str]:
         """The state after one frame from the ECU, and why the frame was dropped ("" when it was not).
 
-        A dropped frame changes nothing but the counter that the next one must follow.
+        A dropped frame changes nothing but what is known of its sender's counter.
         """
         layout = self.feedback.get(frame.arbitration_id)
         if layout is None:
