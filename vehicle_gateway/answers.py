@@ -8,13 +8,14 @@ from vehicle_gateway.identity import Identity
 from vehicle_gateway.lease import ECHO_AGE_MAX_NS, NOBODY, refuse_asker, renew_epoch, request_lease
 from vehicle_gateway.measure import NEVER_MS, picture_ms
 from vehicle_gateway.state import GatewayLimits, Inputs, State
+from vehicle_gateway.succession import in_his_place, is_his, lease_for, refuse_agreement, refuse_driver
 from vehicle_gateway.supervision import end_with_certificate, refuse_barred
 from wire.messages.sensing import CameraStatus
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.messages.vehicle import HandOver, Mode, VehicleDescription
 
 IN_USE = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
-AT_ONCE = (Action.ENGAGE, Action.CLEAR)  # nothing is left to commit
+AT_ONCE = (Action.ENGAGE, Action.CLEAR, Action.PASS_ON)  # nothing is left to commit
 CAMERA_STATUS_AGE_MAX_NS = 1_500_000_000  # told at 5 Hz: seven missed
 
 
@@ -22,23 +23,27 @@ def answer_leases(state: State, inputs: Inputs, now_ns: int) -> tuple[State, tup
     """The state, the event of a lease that ends with its holder's certificate, and a reply for each request in order."""
     requests, replies = inputs.lease_requests, []
     for request, identity in zip(requests, inputs.operators or (NOBODY,) * len(requests), strict=True):
-        state, rule = _answer_lease(state, request, identity, now_ns)
-        epoch = 0 if rule else state.lease.epoch
-        replies.append(LeaseReply(granted=not rule, epoch=epoch, key_hex="", rule=rule, boot_id=state.boot_id))
+        state, rule, epoch = _answer_lease(state, request, identity, now_ns)
+        replies.append(LeaseReply(granted=not rule, epoch=0 if rule else epoch, key_hex="", rule=rule, boot_id=state.boot_id))
     ended, events = end_with_certificate(state, inputs.holder_revoked, now_ns)
     return ended, events, tuple(replies)
 
 
-def _answer_lease(state: State, request: LeaseRequest, identity: Identity, now_ns: int) -> tuple[State, str]:
-    """The state after one request, and the rule that refused it."""
-    rule = refuse_asker(state.lease, request, identity, state.boot_id, now_ns) or refuse_barred(state, request.operator, now_ns)
+def _answer_lease(state: State, request: LeaseRequest, identity: Identity, now_ns: int) -> tuple[State, str, int]:
+    """The state after one request, the rule that refused it, and the epoch of what was granted."""
+    next_one = bool(request.operator) and request.operator == state.successor.operator
+    known = state.successor.lease if next_one else state.lease
+    rule = refuse_asker(known, request, identity, state.boot_id, now_ns) or refuse_barred(state, request.operator, now_ns)
     if rule:
-        return state, rule
+        return state, rule, 0
+    if next_one:
+        state, rule = lease_for(state, request, identity, now_ns)
+        return state, rule, state.successor.lease.epoch
     lease, rule = request_lease(state.lease, request, now_ns, state.authority.mode in IN_USE, identity)
     if lease.owner != state.lease.owner:  # somebody new: nothing of the old holder's counts
         state = replace(state, command=None, command_ns=0, dead_man_ns=0, pictures={}, question_number=0)
         state = replace(state, lease_note="", offered_to="")
-    return replace(state, lease=lease), rule
+    return replace(state, lease=lease), rule, lease.epoch
 
 
 def answer_hand_overs(
@@ -48,10 +53,9 @@ def answer_hand_overs(
     events: list[Event] = []
     replies = []
     for request in requests:
-        asked_by_holder = request.lease_epoch == state.lease.epoch
+        his = is_his(state, request.lease_epoch)
         rule = "a hand-over is being decided" if events else _refuse(state, request, now_ns, vehicle, limits)
-        if asked_by_holder:
-            state = replace(state, question_number=max(state.question_number, request.number))
+        state = _heard(state, request)
         if not rule:
             state, event = _grant(state, request, now_ns)
             events += event
@@ -59,7 +63,7 @@ def answer_hand_overs(
             HandOverReply(
                 number=request.number,
                 rule=rule,
-                lease_epoch=state.lease.epoch,
+                lease_epoch=state.successor.lease.epoch if his else state.lease.epoch,
                 outcome=Outcome.REFUSED if rule else Outcome.GRANTED,
                 hand_over=0 if rule or request.action in AT_ONCE else state.hand_over.number,
             )
@@ -67,8 +71,33 @@ def answer_hand_overs(
     return state, tuple(events), tuple(replies)
 
 
+def _heard(state: State, request: HandOverRequest) -> State:
+    """With the number of the newest question of whoever asked; one of an old epoch is nobody's."""
+    if is_his(state, request.lease_epoch):
+        number = max(state.successor.question_number, request.number)
+        return replace(state, successor=replace(state.successor, question_number=number))
+    if request.lease_epoch == state.lease.epoch:
+        return replace(state, question_number=max(state.question_number, request.number))
+    return state
+
+
 def _refuse(state: State, request: HandOverRequest, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> str:
-    mode = state.authority.mode
+    if is_his(state, request.lease_epoch):
+        rule = _refuse_stale(in_his_place(state), request, now_ns)
+        return rule or refuse_succession(state, request.action, now_ns, vehicle, limits)
+    rule = _refuse_stale(state, request, now_ns)
+    return rule or _refuse_action(state, request.action, now_ns, vehicle, limits)
+
+
+def refuse_succession(state: State, action: Action, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> str:
+    """The rule that refuses the next operator what he asks; taking over is all that he may."""
+    if action is not Action.TAKE:
+        return f"{state.lease.holder} drives: only to take over may be asked"
+    view = take_view(in_his_place(state), now_ns, vehicle, limits, succeeding=True)
+    return refuse_driver(state, now_ns, limits.authority) or refuse_take(view, limits.hand_over)
+
+
+def _refuse_stale(state: State, request: HandOverRequest, now_ns: int) -> str:
     if request.lease_epoch != state.lease.epoch or not state.lease.holder:
         return "no current lease: ask for it again"
     age_ns = now_ns - request.echoed_vehicle_ns
@@ -76,7 +105,12 @@ def _refuse(state: State, request: HandOverRequest, now_ns: int, vehicle: Vehicl
         return "the question is too old: ask again"
     if request.number <= state.question_number:
         return "this question was answered before"
-    match request.action:
+    return ""
+
+
+def _refuse_action(state: State, action: Action, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> str:
+    mode = state.authority.mode
+    match action:
         case Action.TAKE:
             return refuse_take(take_view(state, now_ns, vehicle, limits), limits.hand_over)
         case Action.RETURN:
@@ -89,6 +123,8 @@ def _refuse(state: State, request: HandOverRequest, now_ns: int, vehicle: Vehicl
             return "" if mode is Mode.STANDBY and state.healthy_since_ns else "only from standby, with a healthy automation"
         case Action.CLEAR:
             return "" if mode is Mode.STOPPED else "only a standing car can be cleared"
+        case Action.PASS_ON:
+            return refuse_agreement(state)
 
 
 def _grant(state: State, request: HandOverRequest, now_ns: int) -> tuple[State, list[Event]]:
@@ -97,12 +133,16 @@ def _grant(state: State, request: HandOverRequest, now_ns: int) -> tuple[State, 
             return replace(state, stop_pressed=False), []
         case Action.ENGAGE:
             return state, [Event.ENGAGED]
+        case Action.PASS_ON:
+            return replace(state, successor=replace(state.successor, agreed_ns=now_ns)), []
     hand_over = HandOver(
         number=state.hand_over.number + 1, action=request.action, state="granted", rule="", question=request.number
     )
     state = replace(state, hand_over=hand_over, granted_ns=now_ns)
     if request.action is Action.HAND_BACK:  # no new epoch: were this answer lost, the operator would no longer drive
         return state, [Event.HAND_BACK_GRANTED]
+    if is_his(state, request.lease_epoch):  # his epoch is new already, and the commands that came with it are what commits
+        return state, [Event.OPERATOR_CHANGED]
     return replace(state, lease=renew_epoch(state.lease)), [Event.TAKE_GRANTED]
 
 
@@ -118,7 +158,14 @@ def certificate_left_s(state: State, now_ns: int) -> float | None:
     return max(ends_ns - now_ns, 0) / 1e9 if state.lease.holder and ends_ns else None
 
 
-def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits, returning: bool = False) -> TakeView:
+def take_view(
+    state: State,
+    now_ns: int,
+    vehicle: VehicleDescription,
+    limits: GatewayLimits,
+    returning: bool = False,
+    succeeding: bool = False,
+) -> TakeView:
     """What the rules of a take-over look at, from the state."""
     command, feedback = state.command, state.feedback
     measured = feedback.road_wheel_angle_rad if feedback else 0.0
@@ -141,6 +188,7 @@ def take_view(state: State, now_ns: int, vehicle: VehicleDescription, limits: Ga
         controls_moved=bool(state.override_since_ns),
         certificate_s=certificate_left_s(state, now_ns),
         returning=returning,
+        succeeding=succeeding,
     )
 
 

@@ -2,7 +2,8 @@
 
 Theory. Every mode has one driving source and at most one receiving source. Losing the driving source is a SAFE_STOP; losing
 the receiving source aborts the hand-over and the driver drives on. A hand-over (HANDING_OVER) remembers where it came from
-(`origin`): granted, it ends committed (REMOTE) or lapsed (back to its origin, "@"). SAFE_STOP ends only in STOPPED,
+(`origin`): granted, it ends committed (REMOTE) or lapsed (back to its origin, "@"). From one operator to the next there is
+nothing in between: OPERATOR_CHANGED enters REMOTE anew in the one cycle in which both are ready. SAFE_STOP ends only in STOPPED,
 LOCAL_DRIVER or EMERGENCY_STOP; only the button in the car latches EMERGENCY_STOP. Events of one cycle are applied in the
 order of the enum, strongest first: EMERGENCY_STOP > LOCAL_DRIVER > SAFE_STOP > operator > autonomy.
 
@@ -35,6 +36,7 @@ class Event(StrEnum):
     HAND_BACK_LAPSED = auto()
     TAKE_GRANTED = auto()
     HAND_BACK_GRANTED = auto()
+    OPERATOR_CHANGED = auto()  # the next operator, named by a supervisor, takes over from the one who drives: both are ready
     TAKEOVER_NEEDED = auto()
     TAKEOVER_WITHDRAWN = auto()
     ENGAGED = auto()
@@ -73,6 +75,7 @@ HAND_BACK_COMMITTED  .   .   .   .   .   AU  .   .   .   .
 HAND_BACK_LAPSED     .   .   .   .   .   RE  .   .   .   .
 TAKE_GRANTED         HO  HO  HO  .   .   .   .   .   HO  .
 HAND_BACK_GRANTED    .   .   .   .   HB  .   .   .   .   .
+OPERATOR_CHANGED     .   .   .   .   RE  .   .   .   .   .
 TAKEOVER_NEEDED      .   TR  .   .   .   .   .   .   .   .
 TAKEOVER_WITHDRAWN   .   .   AU  .   .   .   .   .   .   .
 ENGAGED              AU  .   .   .   .   .   .   .   .   .
@@ -107,15 +110,18 @@ def _parse(table: str) -> dict[Event, dict[Mode, str]]:
 TABLE = _parse(_TABLE)
 
 
-def next_authority(now: Authority, event: Event) -> Authority:
-    """Who drives after `event`. Every mode x event pair has an entry."""
+def entered(now: Authority, event: Event) -> Authority | None:
+    """What `event` enters, perhaps the same mode anew; None when it changes nothing. Every mode x event pair has an entry."""
     cell = TABLE[event][now.mode]
-    if cell == "SS*":
-        cell = "SS" if driving_source(now) is Source.AUTONOMY else "."
-    if cell == ".":
-        return now
-    mode = now.origin if cell == "@" else SHORT[cell]
+    if cell == "." or (cell == "SS*" and driving_source(now) is not Source.AUTONOMY):
+        return None
+    mode = now.origin if cell == "@" else SHORT[cell.removesuffix("*")]
     return Authority(mode=mode, origin=now.mode if mode is Mode.HANDING_OVER else mode)
+
+
+def next_authority(now: Authority, event: Event) -> Authority:
+    """Who drives after `event`."""
+    return entered(now, event) or now
 
 
 def driving_source(now: Authority) -> Source:

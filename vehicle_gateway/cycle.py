@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from vehicle_gateway.actuation import ActuationDelay, watch_actuation
 from vehicle_gateway.answers import answer_hand_overs, answer_leases
-from vehicle_gateway.authority import IN_ORDER, Event, Source, brakes_held, driving_source, next_authority
+from vehicle_gateway.authority import IN_ORDER, Event, Source, brakes_held, driving_source, entered
 from vehicle_gateway.events import happened
 from vehicle_gateway.failsafe import RULES, brakes_gently
 from vehicle_gateway.gate import gate
@@ -18,6 +18,7 @@ from vehicle_gateway.reverse import SPEED_MAX_M_S as REVERSE_SPEED_MAX_M_S
 from vehicle_gateway.reverse import check_reverse
 from vehicle_gateway.safe_stop import safe_stop, speed_for_distance_m_s
 from vehicle_gateway.state import GatewayLimits, Inputs, Outputs, State, open_request
+from vehicle_gateway.succession import attend, succeed
 from vehicle_gateway.supervision import supervise
 from vehicle_gateway.zoning import zones_of
 from wire.messages.base import Gear
@@ -37,7 +38,8 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
     dt_s = min(max(now_ns - state.now_ns, 0) / 1e9, LONGEST_DT_S)
     before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns, vehicle, limits)
     measured = measure(before, now_ns, dt_s, vehicle, limits)
-    supervised, ordered, supervision_replies = supervise(measured, inputs, now_ns)
+    attended = attend(measured, inputs, now_ns, vehicle)
+    supervised, ordered, supervision_replies = supervise(attended, inputs, now_ns)
     leased, ended, lease_replies = answer_leases(supervised, inputs, now_ns)
     asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)
     decided, events = decide(
@@ -133,8 +135,8 @@ def decide(state: State, events: tuple[Event, ...], now_ns: int, limits: Gateway
     """Apply the events in the order of their precedence. Also the names of those that changed the mode."""
     changed = []
     for event in sorted({*events}, key=IN_ORDER.index):
-        authority = next_authority(state.authority, event)
-        if authority != state.authority:
+        authority = entered(state.authority, event)
+        if authority is not None:
             state = _enter(state, authority.mode, event, now_ns, limits)
             state = replace(state, authority=authority)
             changed.append(event.value)
@@ -149,7 +151,7 @@ def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayL
     """Bookkeeping of one transition; the authority itself is set by the caller."""
     cause = cause_text(state, event)
     fields: dict[str, object] = {"mode_since_ns": now_ns, "cause": cause}
-    if event is Event.TAKE_COMMITTED:
+    if event in (Event.TAKE_COMMITTED, Event.OPERATOR_CHANGED):
         fields |= {
             "remote_since_ns": now_ns,
             "changed_hands_ns": now_ns,
@@ -175,7 +177,7 @@ def _enter(state: State, mode: Mode, event: Event, now_ns: int, limits: GatewayL
         fields["stops"] = (*(at for at in state.stops if now_ns - at < TEN_MINUTES_NS), now_ns)
     if event is Event.ENGAGED:
         fields |= {"engaged": True, "changed_hands_ns": now_ns}
-    return replace(state, **fields)
+    return replace(succeed(state, now_ns) if event is Event.OPERATOR_CHANGED else state, **fields)
 
 
 def _counts(state: State, event: Event, limits: GatewayLimits) -> bool:
@@ -217,6 +219,7 @@ def cause_text(state: State, event: Event) -> str:
         Event.HAND_BACK_LAPSED: "the hand-back did not fit in time",
         Event.TAKE_GRANTED: f"{state.lease.holder} takes over",
         Event.HAND_BACK_GRANTED: "handing back",
+        Event.OPERATOR_CHANGED: f"{state.successor.operator} took over from {state.lease.holder}",
         Event.TAKEOVER_WITHDRAWN: "the reason is gone",
         Event.ENGAGED: "engaged",
         Event.TAKEOVER_NEEDED: "; ".join(reason.text for reason in request.reasons) if request else "take-over requested",

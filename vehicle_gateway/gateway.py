@@ -116,7 +116,7 @@ class Gateway:
         self._vehicle, self._limits = vehicle, settings.limits
         self._epoch_reserved = remembered.epoch_reserved + EPOCH_BLOCK
         self._utc_ns = utc_minus_monotonic_ns()
-        self.state = recalled_state(remembered, inbox.guard.boot_id, clock.now_ns(), self._utc_ns)
+        self.state = recalled_state(remembered, inbox.boot_id, clock.now_ns(), self._utc_ns)
         self._remembered = remember(self.state, self._epoch_reserved, self._utc_ns)  # as of the newest cycle
         self._lateness = Lateness(DEADLINE_NS)
         self._scheduling = "other"
@@ -162,7 +162,7 @@ class Gateway:
         return now_ns, now_ns + DEADLINE_NS
 
     def _cycle(self, now_ns: int) -> None:
-        inputs, replies = self._inbox.take(self.state.lease.certificate)
+        inputs, replies = self._inbox.take(self.state.lease.certificate, self.state.successor.lease.certificate)
         before = self.state
         self.state, outputs = step(before, inputs, now_ns, self._vehicle, self._limits)
         if outputs.send:
@@ -188,11 +188,9 @@ class Gateway:
                 self._bus.send(self._watch.encode_sources(newest_command_ns(self.state), counter))
 
     def _answer(self, before: State, outputs: Outputs, replies: Replies) -> None:
-        lease = self.state.lease
-        if lease != before.lease:
-            self._inbox.hold_to(lease.epoch, secrets.token_bytes(32) if lease.owner != before.lease.owner else None)
+        self._inbox.open_for(before, self.state, lambda _: secrets.token_bytes(32))
         for reply, lease_answer in zip(replies.lease, outputs.lease_replies, strict=True):
-            reply(lease_reply_with_key(lease_answer, self._inbox.key))
+            reply(lease_reply_with_key(lease_answer, self._inbox.key_of(lease_answer.epoch)))
         for reply, answer in zip(replies.hand_over, outputs.hand_over_replies, strict=True):
             reply(answer)
         for reply, told in zip(replies.supervision, outputs.supervision_replies, strict=True):
@@ -209,11 +207,7 @@ class Gateway:
         cycle = Entry(self._number, now_ns, before, inputs, self.state, outputs, sent_ns)
         self._journal.keep(cycle)
         self._audit.keep(cycle)
-        changed = (before.authority, before.hand_over, before.lease_note) != (
-            self.state.authority,
-            self.state.hand_over,
-            self.state.lease_note,
-        )
+        changed = _told_at_once(before) != _told_at_once(self.state)
         if before.authority.mode != self.state.authority.mode:
             self._tell_mode()
         if self._due("vehicle_state", STATE_NS, now_ns):
@@ -258,6 +252,12 @@ class Gateway:
             | self._audit.dropped
             | {name: count for name, count in lost.items() if count}
         )
+
+
+def _told_at_once(state: State) -> tuple[object, ...]:
+    """A change of any is told before the next regular status."""
+    next_one = state.successor
+    return state.authority, state.hand_over, state.lease_note, (next_one.operator, next_one.lease.epoch, next_one.agreed_ns)
 
 
 def recalled_state(remembered: Remembered, boot_id: str, now_ns: int, utc_minus_now_ns: int) -> State:

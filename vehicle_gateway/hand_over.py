@@ -47,15 +47,20 @@ class TakeView(Message):
     controls_moved: bool = False  # somebody steers or brakes at the controls in the car
     car_answers: bool  # CAN feedback fresh and the drive-by-wire not at fault
     returning: bool  # within the guard after a hand-back: the wheel need not be aligned first
+    succeeding: bool = False  # from the operator who drives: from no other mode
 
 
 TAKE_FROM = (Mode.STANDBY, Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.STOPPED)
+SUCCEED_FROM = (Mode.REMOTE,)
 
 
 def refuse_take(view: TakeView, limits: HandOverLimits) -> str:
     """The first rule that refuses a take-over, in words with what to do; "" when none does."""
     rules = (
-        (view.mode not in TAKE_FROM, f"not while the car is in {view.mode.replace('_', ' ')}"),
+        (
+            view.mode not in (SUCCEED_FROM if view.succeeding else TAKE_FROM),
+            f"not while the car is in {view.mode.replace('_', ' ')}",
+        ),
         (not view.lease_current, "no current lease: wait for it or for its holder"),
         (
             view.certificate_s is not None and view.certificate_s < limits.certificate_left_s,

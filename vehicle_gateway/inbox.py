@@ -11,10 +11,10 @@ import msgspec
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.health_codec import HealthState, health_of
 from vehicle_gateway.can.vehicles import CarBus
+from vehicle_gateway.door import Door
 from vehicle_gateway.identity import Identity
-from vehicle_gateway.lease import CommandGuard, refuse_command
-from vehicle_gateway.measure import shown_since
-from vehicle_gateway.state import Inputs
+from vehicle_gateway.lease import Lease
+from vehicle_gateway.state import Inputs, State
 from wire.clock import Clock
 from wire.latest import EventQueue, Latest
 from wire.link import Link
@@ -31,7 +31,6 @@ from wire.messages.session import (
     Outcome,
     SupervisionRequest,
 )
-from wire.signature import is_genuine
 
 Reply = Callable[[Message], None]
 T = TypeVar("T")
@@ -56,14 +55,6 @@ class Replies(NamedTuple):
     supervision: list[Reply]
 
 
-class Commanded(NamedTuple):
-    """The newest command, until the loop takes it."""
-
-    command: DriveCommand
-    received_ns: int
-    shown_ns: dict[str, int]  # see `shown_since`
-
-
 class Inbox:
     """Everything that arrived since the loop last looked. `wake` is set when a valid command or a question came."""
 
@@ -72,10 +63,9 @@ class Inbox:
         self.wake = threading.Event()
         self._watchdog_ns = clock.now_ns()  # when its last frame came, or we began to listen
         self.dropped: Counter[str] = Counter()
-        self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
+        self.boot_id = boot_id
         self._lock = threading.Lock()
-        self.key = b""  # of the current lease; "" refuses everything
-        self._command: Commanded | None = None
+        self._holder, self._next = Door(boot_id), Door(boot_id)
         self._feedback = self._codec.start()
         self._ecu = HealthState()
         self._cameras: EventQueue[CameraStatus] = link.events("camera_status")
@@ -96,23 +86,37 @@ class Inbox:
 
     def _on_command(self, command: DriveCommand, received_ns: int) -> None:
         with self._lock:
-            genuine = bool(self.key) and is_genuine(command, self.key)
-            reason = refuse_command(command, self.guard, genuine, received_ns)
+            door = self._door_of(command.lease_epoch)
+            reason = door.let_in(command, received_ns)
             if reason:
                 self.dropped[reason] += 1
                 return
-            self.guard = msgspec.structs.replace(self.guard, last_sequence=command.sequence)
-            waiting = self._command
-            shown = shown_since(waiting.command, waiting.received_ns, waiting.shown_ns, command) if waiting else {}
-            self._command = Commanded(command, received_ns, shown)
-        self.wake.set()
+        if door is self._holder:
+            self.wake.set()
 
-    def hold_to(self, epoch: int, new_key: bytes | None) -> None:
-        """From now on only commands with this epoch; with a new key (a new holder) their sequence begins anew."""
+    def _door_of(self, epoch: int) -> Door:
+        """The next operator's for his epoch alone."""
+        return self._next if self._next.key and epoch == self._next.guard.epoch else self._holder
+
+    def open_for(self, before: State, after: State, new_key: Callable[[Lease], bytes]) -> None:
+        """Whose commands are let in after a cycle: those of the lease's holder, and beside them the next operator's.
+
+        A new holder gets a new key. A next one who becomes the holder keeps his, and what waits of his commands counts.
+        """
+        lease, next_one, was, was_next = after.lease, after.successor.lease, before.lease, before.successor.lease
         with self._lock:
-            fresh = 0 if new_key is not None else self.guard.last_sequence
-            self.guard = msgspec.structs.replace(self.guard, epoch=epoch, last_sequence=fresh)
-            self.key = self.key if new_key is None else new_key
+            if was_next.holder and lease.epoch == was_next.epoch:
+                self._holder, self._next = self._next, Door(self.boot_id)
+            elif lease != was:
+                self._holder.hold_to(lease.epoch, new_key(lease) if lease.owner != was.owner else None)
+            if not next_one.holder:
+                self._next = Door(self.boot_id)
+            elif next_one.epoch != was_next.epoch:
+                self._next.hold_to(next_one.epoch, new_key(next_one))
+
+    def key_of(self, epoch: int) -> bytes:
+        """The key of the lease with this epoch."""
+        return self._door_of(epoch).key
 
     def watchdog_silent_s(self, now_ns: int) -> float | None:
         """None for a car that obeys none."""
@@ -142,7 +146,9 @@ class Inbox:
         self.wake.set()
 
     def _on_hand_over(self, request: HandOverRequest, reply: Reply) -> None:
-        if not self.key or not is_genuine(request, self.key):
+        with self._lock:
+            genuine = self._door_of(request.lease_epoch).is_genuine(request)
+        if not genuine:
             self.dropped["hand-over signature"] += 1
             reply(
                 HandOverReply(
@@ -156,14 +162,14 @@ class Inbox:
         self._hand_overs.put((request, reply), 0)
         self.wake.set()
 
-    def take(self, holder_certificate: str) -> tuple[Inputs, Replies]:
-        """What arrived since the last call, and how to answer the questions in it. Of the lease's holder: whether he still may."""
+    def take(self, holder_certificate: str, next_certificate: str = "") -> tuple[Inputs, Replies]:
+        """What arrived since the last call, how to answer the questions in it, and whether holder and next one still may ask."""
         leases = [item.message for item in self._leases.drain()]
         hand_overs = [item.message for item in self._hand_overs.drain()]
         supervisions = [item.message for item in self._supervisions.drain()]
         stops = [item.message.number for item in self._stops.drain()]
         with self._lock:  # between looking and clearing no command may come: it would be lost for a period
-            command, self._command = self._command, None
+            command, next_command = self._holder.take(), self._next.take()
         inputs = Inputs(
             feedback=self._new(0, self._feedback.feedback),
             command=command.command if command else None,
@@ -180,6 +186,10 @@ class Inbox:
             holder_revoked=self._verifier.is_revoked(holder_certificate),
             supervision_requests=tuple(request for request, _, _ in supervisions),
             supervisors=tuple(identity for _, identity, _ in supervisions),
+            next_command=next_command.command if next_command else None,
+            next_command_ns=next_command.received_ns if next_command else 0,
+            next_shown_ns=next_command.shown_ns if next_command else {},
+            successor_revoked=self._verifier.is_revoked(next_certificate),
         )
         return inputs, Replies(
             lease=[reply for _, _, reply in leases],

@@ -26,6 +26,7 @@ class Lease(Message):
     certificate: Name = ""  # of its holder: common name
     fingerprint: Name = ""
     ends_ns: TimeNs = 0  # vehicle clock: when that certificate expires; 0: not known
+    given: Count = 0  # the newest epoch given to somebody else beside it; 0: none
 
     @property
     def owner(self) -> tuple[str, str, str]:
@@ -49,6 +50,7 @@ def request_lease(lease: Lease, request: LeaseRequest, now_ns: int, in_use: bool
         certificate=identity.name,
         fingerprint=identity.fingerprint,
         ends_ns=identity.ends_ns,
+        given=lease.given,
     )
     if lease.owner == asked.owner:
         return asked, ""
@@ -60,7 +62,7 @@ def request_lease(lease: Lease, request: LeaseRequest, now_ns: int, in_use: bool
             lease,
             f"the lease is held by {lease.holder}; it is offered when its holder is silent for {patience_ns / 1e9:g} s",
         )
-    return replace(asked, epoch=lease.epoch + 1), ""
+    return replace(asked, epoch=next_epoch(lease)), ""
 
 
 def refuse_asker(lease: Lease, request: LeaseRequest, identity: Identity, boot_id: str, now_ns: int) -> str:
@@ -82,14 +84,19 @@ def refuse_asker(lease: Lease, request: LeaseRequest, identity: Identity, boot_i
     return ""
 
 
+def next_epoch(lease: Lease) -> int:
+    """Above every one that was ever given."""
+    return max(lease.epoch, lease.given) + 1
+
+
 def renew_epoch(lease: Lease) -> Lease:
     """The same holder with the next epoch: every hand-over grant makes one."""
-    return replace(lease, epoch=lease.epoch + 1)
+    return replace(lease, epoch=next_epoch(lease))
 
 
 def without_holder(lease: Lease) -> Lease:
     """Nobody's, and every command of its holder is worth nothing from now on."""
-    return Lease(epoch=lease.epoch + 1)
+    return Lease(epoch=next_epoch(lease))
 
 
 class CommandGuard(Message):

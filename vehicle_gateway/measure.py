@@ -51,7 +51,7 @@ def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescripti
     if inputs.stop_number:  # whatever its number: a restarted tower counts from elsewhere
         fields |= {"stop_number": inputs.stop_number, "stop_pressed": True}
     if inputs.command is not None:
-        fields |= _of_command(state, inputs.command, inputs.command_ns, inputs.shown_ns)
+        fields |= of_command(state, inputs.command, inputs.command_ns, inputs.shown_ns)
     if inputs.scene is not None and state.feedback is not None:
         fields |= _of_scene(state, inputs.scene, state.feedback, now_ns, vehicle, limits.guard)
     return replace(state, **fields) if fields else state
@@ -86,7 +86,8 @@ def shown_since(overtaken: DriveCommand, overtaken_ns: int, before: Mapping[str,
     }
 
 
-def _of_command(state: State, command: DriveCommand, at_ns: int, shown_ns: Mapping[str, int]) -> dict[str, object]:
+def of_command(state: State, command: DriveCommand, at_ns: int, shown_ns: Mapping[str, int]) -> dict[str, object]:
+    """What the lease's holder is known by after his command; as fields of the state."""
     pictures = dict(state.pictures)
     for camera, capture_ns in command.displayed_capture_ns.items():
         known = pictures.get(camera)

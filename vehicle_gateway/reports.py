@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from vehicle_gateway.answers import certificate_left_s, hand_back_note, take_view
+from vehicle_gateway.answers import certificate_left_s, hand_back_note, refuse_succession, take_view
 from vehicle_gateway.authority import Source, driving_source
 from vehicle_gateway.free_way import CORRIDOR
 from vehicle_gateway.hand_over import refuse_take
@@ -10,8 +10,10 @@ from vehicle_gateway.loop_age import motion_to_motion
 from vehicle_gateway.measure import ages_of
 from vehicle_gateway.safe_stop import stopping_distance_m
 from vehicle_gateway.state import GatewayLimits, Outputs, State, open_request
+from vehicle_gateway.succession import is_agreed
 from wire.messages.base import Gear, Lights, Wipers
-from wire.messages.vehicle import GatewayStatus, Mode, StopWay, VehicleDescription, VehicleState
+from wire.messages.session import Action
+from wire.messages.vehicle import GatewayStatus, Mode, StopWay, Succession, VehicleDescription, VehicleState
 
 
 def status_of(
@@ -51,7 +53,21 @@ def status_of(
         stops_in_ten_minutes=sum(now_ns - at < 600e9 for at in state.stops),
         dropped=dict(dropped),
         stop_way=stop_way_of(state, limits),
+        succession=succession_of(state, now_ns, vehicle, limits),
         watchdog_silent_s=watchdog_silent_s,
+    )
+
+
+def succession_of(state: State, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> Succession:
+    next_one = state.successor
+    if not next_one.operator:
+        return Succession()
+    return Succession(
+        operator=next_one.operator,
+        lease_epoch=next_one.lease.epoch,
+        agreed=is_agreed(state, now_ns),
+        refused=refuse_succession(state, Action.TAKE, now_ns, vehicle, limits),
+        remaining_s=max(next_one.until_ns - now_ns, 0) / 1e9,
     )
 
 

@@ -85,6 +85,10 @@ class Inputs(Message):
     holder_revoked: bool = False  # the certificate of the lease's holder is on the list of the revoked
     supervision_requests: tuple[SupervisionRequest, ...] = ()
     supervisors: tuple[Identity, ...] = ()  # one for each
+    next_command: DriveCommand | None = None  # of the next operator: it drives nothing
+    next_command_ns: TimeNs = 0
+    next_shown_ns: dict[Name, TimeNs] = {}
+    successor_revoked: bool = False  # the next operator's certificate is on the list of the revoked
 
 
 class Picture(Message):
@@ -92,6 +96,22 @@ class Picture(Message):
 
     capture_ns: TimeNs  # newest capture stamp seen on the operator's screen
     advanced_ns: TimeNs  # when that stamp last became newer
+
+
+class Successor(Message):
+    """The next operator, named by a supervisor while another one drives, and what his own commands show: `succession`."""
+
+    operator: Name = ""  # "": nobody is named
+    until_ns: TimeNs = 0  # when he is none any more
+    agreed_ns: TimeNs = 0  # when the driver passed the car on; 0: not yet
+    lease: Lease = Lease()  # his own, beside the driver's
+    command: DriveCommand | None = None
+    command_ns: TimeNs = 0
+    dead_man_ns: TimeNs = 0
+    pictures: dict[Name, Picture] = {}
+    loop_ages: LoopAges = LoopAges()
+    loop_age_ms: Annotated[float, Meta(ge=0)] = 0.0
+    question_number: Count = 0
 
 
 class State(Message):
@@ -148,6 +168,7 @@ class State(Message):
     barred: dict[Name, TimeNs] = {}  # operators that get no lease before then
     offered_to: Name = ""  # whom a supervisor named: until then nobody else gets the lease
     offered_until_ns: TimeNs = 0
+    successor: Successor = Successor()
     supervised_ns: TimeNs = 0  # stamp in the newest question of a supervisor that was obeyed: an old one is not obeyed again
 
 

@@ -2,7 +2,8 @@
 certificate. And what else a supervisor may. Pure.
 
 A supervisor never drives and never holds a lease. To take the lease of a driving operator is a SAFE_STOP (the authority makes it
-one: the driving source is lost), and he has to say that he means it. Who receives only is no driver yet: the hand-over is aborted.
+one: the driving source is lost), and he has to say that he means it; or he names the next operator, and the car changes hands
+when both are ready (`succession`). Who receives only is no driver yet: the hand-over is aborted.
 """
 
 from msgspec.structs import replace
@@ -10,12 +11,13 @@ from msgspec.structs import replace
 from vehicle_gateway.authority import Event
 from vehicle_gateway.identity import Identity
 from vehicle_gateway.lease import ECHO_AGE_MAX_NS, EXPIRY_MARGIN_NS, without_holder
-from vehicle_gateway.state import Inputs, State
+from vehicle_gateway.state import Inputs, State, Successor
 from wire.messages.session import Supervision, SupervisionReply, SupervisionRequest
 from wire.messages.vehicle import Mode
 
 BARRED_NS = 600_000_000_000  # ours: as long as stops are counted; a supervisor may let him in earlier
 OFFERED_NS = 30_000_000_000  # ours: the named operator's tower asks once a second
+SUCCESSION_NS = 60_000_000_000  # ours: sit down, see the road, align the wheel, agree by voice
 BARRED_MAX = 100  # names; the one that ends first makes room
 DRIVES = (Mode.REMOTE, Mode.HANDING_BACK)
 Told = tuple[State, tuple[Event, ...]]
@@ -47,7 +49,7 @@ def end_with_certificate(state: State, revoked: bool, now_ns: int) -> Told:
 def withdraw(state: State, note: str) -> Told:
     """Nobody holds the lease any more; whoever drove with it is lost."""
     lost = replace(state, command=None, command_ns=0, dead_man_ns=0, pictures={}, question_number=0, lease_note=note[:2000])
-    return replace(lost, lease=without_holder(state.lease)), (Event.OPERATOR_LOST,)
+    return replace(lost, lease=without_holder(state.lease), successor=Successor()), (Event.OPERATOR_LOST,)
 
 
 def refuse_barred(state: State, operator: str, now_ns: int) -> str:
@@ -84,11 +86,15 @@ def _refuse_revoke(state: State, request: SupervisionRequest) -> str:
         (not request.reason, "give the operator a reason"),
         (request.operator == state.lease.holder, f"{request.operator} holds it already"),
         (
-            state.authority.mode in DRIVES and not request.stop,
-            f"{state.lease.holder} drives, and operators do not change while the car moves: this would be a safe stop; add --stop",
+            state.authority.mode in DRIVES and not request.stop and not _may_succeed(state, request),
+            f"{state.lease.holder} drives: this would be a safe stop; add --stop, or name the next operator with --to",
         ),
     )
     return next((text for refused, text in rules if refused), "")
+
+
+def _may_succeed(state: State, request: SupervisionRequest) -> bool:
+    return state.authority.mode is Mode.REMOTE and bool(request.operator) and not request.stop
 
 
 def _obey(state: State, request: SupervisionRequest, identity: Identity, now_ns: int) -> Told:
@@ -99,12 +105,16 @@ def _obey(state: State, request: SupervisionRequest, identity: Identity, now_ns:
         case Supervision.RELEASE:
             note = f"released by {who}: {request.reason}"[:2000]
             return replace(state, stops=(), lease_note=note), ()
-    barred = _with_barred(state.barred, state.lease.holder, now_ns)
+    if _may_succeed(state, request):
+        note = f"{who} lets {request.operator} take over from {state.lease.holder}: {request.reason}"[:2000]
+        return replace(state, successor=Successor(operator=request.operator, until_ns=now_ns + SUCCESSION_NS), lease_note=note), ()
+    barred = with_barred(state.barred, state.lease.holder, now_ns)
     offered = {"offered_to": request.operator, "offered_until_ns": now_ns + OFFERED_NS}
     note = f"{who} took the lease from {state.lease.holder}: {request.reason}"
     return withdraw(replace(state, barred=barred, **offered), note)
 
 
-def _with_barred(barred: dict[str, int], operator: str, now_ns: int) -> dict[str, int]:
+def with_barred(barred: dict[str, int], operator: str, now_ns: int) -> dict[str, int]:
+    """Whom a supervisor keeps from the lease and until when, with one more."""
     kept = sorted(((at, name) for name, at in barred.items() if at > now_ns and name != operator), reverse=True)
     return {name: at for at, name in kept[: BARRED_MAX - 1]} | {operator: now_ns + BARRED_NS}

@@ -99,7 +99,7 @@ class AnyOrder(RuleBasedStateMachine):
     def whoever_drives_steps_on_it(self, dead_man, seconds):
         """The tower that holds the lease, so that something is at stake."""
         for tower in self.world.towers:
-            if tower.key == self.world.inbox.key:
+            if self.world.holds(tower):
                 tower.acceleration, tower.gear, tower.dead_man, tower.steer = 3.0, Gear.DRIVE, dead_man, -0.8
         self.world.run(seconds)
 
@@ -162,6 +162,19 @@ class AnyOrder(RuleBasedStateMachine):
     def a_supervisor_orders(self, action, stop, forged, stale, operator):
         self.world.order(action, stop=stop, forged=forged, stale=stale, operator=operator)
         self.world.tick().run(0.05)
+
+    @rule(second=st.booleans(), calmly=st.sampled_from([True, True, True, False]), first=st.booleans())
+    def the_next_operator_takes_over(self, second, calmly, first):
+        """From whoever drives, at a supervisor's word; not calmly: without asking whether anybody is ready."""
+        ann, bob = self.world.towers[second], self.world.towers[not second]
+        self.world.order(Supervision.REVOKE, operator=bob.name)
+        bob.silent = bob.frozen = bob.deaf = bob.forging = not calmly
+        bob.dead_man, bob.steer, bob.acceleration, bob.gear = calmly, None, 0.0, Gear.DRIVE
+        ann.acceleration = max(ann.acceleration, 0.0) if calmly else ann.acceleration
+        self.world.tick().tick(leases=[bob]).run(0.3)
+        asked = [(ann, Action.PASS_ON), (bob, Action.TAKE)]
+        self.world.tick(hand_overs=asked if first else asked[::-1]).tick(hand_overs=[asked[1]]).run(0.1)
+        bob.acceleration = 1.0
 
     @rule(number=st.integers(1, 3))
     def stop_is_pressed(self, number):

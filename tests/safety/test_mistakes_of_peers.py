@@ -114,7 +114,12 @@ def test_nobody_but_the_holder_gives_control_away(action):
     """ArduPilot #33332: a release was accepted from who did not own it."""
     world = remote()
     bob = world.towers[1]
-    bob.key, bob.epoch, bob.boot_id, bob.echo_ns = world.inbox.key, world.state.lease.epoch - 1, world.boot_id, world.now_ns
+    bob.key, bob.epoch, bob.boot_id, bob.echo_ns = (
+        world.inbox.key_of(world.state.lease.epoch),
+        world.state.lease.epoch - 1,
+        world.boot_id,
+        world.now_ns,
+    )
     bob.silent = True
     world.tick(hand_overs=[(bob, action)])
     (_, _, answer), mode = world.answers[-1], world.out.mode
@@ -128,7 +133,7 @@ def test_a_lease_of_an_earlier_session_arms_nothing():
     world.run(6.0)  # stands; the old tower is gone
     old = world.past[-1]
     world.tick(leases=[world.towers[1]]).run(0.2)
-    assert world.inbox.key == world.towers[1].key
+    assert world.inbox.key_of(world.state.lease.epoch) == world.towers[1].key
     world.towers[0].silent = False
     world.run(0.3)
     world.arrive(*old, world.now_ns)

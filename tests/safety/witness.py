@@ -31,32 +31,14 @@ def watched(world, limits=LIMITS, car=CAR):
     return world
 
 
-class Witness:
-    def __init__(self, world, limits, car):
-        self.limits, self.car = limits, car
-        self.epochs = [0]
-        self.stop_pressed = world.disk.stop_pressed
-        self.track = []  # (now, angle) of the last second
-        self.front_m = car.length_m - car.rear_overhang_m
-        self.outside, self.ahead = False, world.pose[0]  # in the cycle before: whether the front was, and where
-        self.met = Counter()  # cycles in which a zone had something to say
-        self.saw_start()
+class Right:
+    """What one operator may be obeyed for: the lease that he was given, and what he has sent with it."""
 
-    def saw_start(self):
-        """The gateway starts anew: nobody holds anything any more, and what was heard before counts for nothing."""
-        self.owner, self.epoch = None, 0
+    def __init__(self, owner=None, epoch=0):
+        self.owner, self.epoch, self.sequence = owner, epoch, 0
         self.good = self.taken = None  # newest command that had the right to be obeyed; the one this cycle may know
         self.good_ns = self.right_ns = NEVER  # when it came; when the last one with the dead-man held came
-        self.sequence = 0
         self.shown_ns, self.advanced_ns, self.blind_ns = NEVER, NEVER, 0
-        self.automation_ns = self.fit_ns = NEVER
-        self.held_since_ns = None  # since when somebody in the seat steers or brakes
-        self.stop_from = None  # where a safe stop began: (travelled, speed)
-        self.previous, self.first = (0.0, 0.0), True
-        self.ends_ns = FOREVER_NS  # when the certificate ends that the lease was granted to
-        self.sure_since_ns = None  # since when the gateway could know where it is, without a gap
-
-    # accounts -------------------------------------------------------------------------------------------------------------
 
     def saw_arrival(self, world, tower, command, at_ns):
         age_ms = (at_ns - command.echoed_vehicle_ns) / 1e6
@@ -79,6 +61,48 @@ class Witness:
     def saw_take(self):
         self.taken, self.blind_ns = self.good, self.good_ns - self.advanced_ns
 
+    def ends(self):
+        """What the cycle has taken of it already stays taken."""
+        self.owner, self.epoch, self.right_ns = None, 0, NEVER
+
+
+class Witness:
+    def __init__(self, world, limits, car):
+        self.limits, self.car = limits, car
+        self.epochs = [0]
+        self.stop_pressed = world.disk.stop_pressed
+        self.track = []  # (now, angle) of the last second
+        self.front_m = car.length_m - car.rear_overhang_m
+        self.outside, self.ahead = False, world.pose[0]  # in the cycle before: whether the front was, and where
+        self.changes = 0  # of the operator while the car was driven
+        self.met = Counter()  # cycles in which a zone had something to say
+        self.saw_start()
+
+    def saw_start(self):
+        """The gateway starts anew: nobody holds anything any more, and what was heard before counts for nothing."""
+        self.held, self.next = Right(), Right()  # the lease, and the next operator's beside it
+        self.named, self.named_ns = None, NEVER  # whom a supervisor lets take over from the driver, and since when
+        self.automation_ns = self.fit_ns = NEVER
+        self.held_since_ns = None  # since when somebody in the seat steers or brakes
+        self.stop_from = None  # where a safe stop began: (travelled, speed)
+        self.previous, self.first = (0.0, 0.0), True
+        self.ends_ns = FOREVER_NS  # when the certificate ends that the lease was granted to
+        self.sure_since_ns = None  # since when the gateway could know where it is, without a gap
+
+    # accounts -------------------------------------------------------------------------------------------------------------
+
+    def saw_arrival(self, world, tower, command, at_ns):
+        for right in (self.held, self.next):
+            right.saw_arrival(world, tower, command, at_ns)
+
+    def saw_take(self):
+        self.held.saw_take()
+        self.next.saw_take()
+
+    @property
+    def owner(self):
+        return self.held.owner
+
     def _account(self, world):
         inputs, now_ns = world.inputs, world.now_ns
         if inputs.autonomy is not None:
@@ -91,16 +115,34 @@ class Witness:
             self.held_since_ns = (now_ns if self.held_since_ns is None else self.held_since_ns) if held else None
         self.stop_pressed = self.stop_pressed or bool(inputs.stop_number)
         for tower, _, answer in world.answers:  # who shows a new certificate in the very cycle in which the old one ends goes on
-            if isinstance(answer, LeaseReply) and answer.granted and (tower.name, answer.epoch) == (self.owner, self.epoch):
+            if isinstance(answer, LeaseReply) and answer.granted and (tower.name, answer.epoch) == (self.owner, self.held.epoch):
                 self.ends_ns = world.recognised.ends_ns.get(tower.name, FOREVER_NS)
-        if self._is_taken_away(world):
-            self.owner, self.epoch, self.right_ns = None, 0, NEVER
+        waited_s = (now_ns - self.named_ns) / 1e9
+        if world.before.authority.mode is not M.REMOTE or waited_s >= 60.0 or self.named in world.recognised.revoked:
+            self.named = None
+            self.next.ends()
+        for order, reply in zip(world.inputs.supervision_requests, world.out.supervision_replies, strict=True):
+            if order.action is Supervision.REVOKE and reply.done:
+                self._account_order(world, order)
+        if self.owner in world.recognised.revoked or now_ns >= self.ends_ns - 10_000 * MS:
+            self.held.ends()
 
-    def _is_taken_away(self, world):
-        """The lease from its holder: his certificate is revoked or ends in ten seconds, or a supervisor's order was obeyed."""
-        orders = zip(world.inputs.supervision_requests, world.out.supervision_replies, strict=True)
-        revoked = any(order.action is Supervision.REVOKE and reply.done for order, reply in orders)
-        return revoked or self.owner in world.recognised.revoked or world.now_ns >= self.ends_ns - 10_000 * MS
+    def _account_order(self, world, order):
+        """The lease is taken from its holder; or he drives, and another one may take over from him."""
+        changes = world.before.authority.mode is M.REMOTE and order.operator and not order.stop
+        self.named, self.named_ns = (order.operator, world.now_ns) if changes else (None, NEVER)
+        self.next.ends()
+        if not changes:
+            self.held.ends()
+
+    def _account_change(self, world):
+        """The next operator was granted the car, and nothing stronger came: his commands count from this cycle on."""
+        for tower, action, answer in world.answers:
+            took = action is Action.TAKE and answer.outcome is Outcome.GRANTED and world.out.mode is M.REMOTE
+            if took and self.next.owner == tower.name and answer.lease_epoch == self.next.epoch:
+                self.held, self.next, self.named = self.next, Right(), None
+                self.ends_ns = world.recognised.ends_ns.get(tower.name, FOREVER_NS)
+                self.changes += 1
 
     def _account_answers(self, world):
         """After the cycle: who holds what from now on."""
@@ -109,17 +151,22 @@ class Witness:
             if not granted:
                 continue
             epoch = answer.epoch if isinstance(answer, LeaseReply) else answer.lease_epoch
-            if isinstance(answer, LeaseReply) and epoch != self.epoch:
-                self.owner, self.sequence, self.good = tower.name, 0, None
-                self.right_ns = self.shown_ns = self.advanced_ns = NEVER
-            if epoch != self.epoch:
-                assert epoch > max(self.epochs), "an epoch was given twice"
-                self.epochs.append(epoch)
-                self.epoch, self.right_ns = epoch, NEVER  # the new right begins with the first command that carries it
-            if isinstance(answer, LeaseReply):
+            if epoch not in (self.held.epoch, self.next.epoch):
+                self._account_epoch(tower, epoch, isinstance(answer, LeaseReply))
+            if isinstance(answer, LeaseReply) and epoch == self.held.epoch:
                 self.ends_ns = world.recognised.ends_ns.get(tower.name, FOREVER_NS)
             if action is Action.CLEAR:
                 self.stop_pressed = False
+
+    def _account_epoch(self, tower, epoch, new_lease):
+        assert epoch > max(self.epochs), "an epoch was given twice"
+        self.epochs.append(epoch)
+        if new_lease and tower.name == self.named:
+            self.next = Right(tower.name, epoch)
+        elif new_lease:
+            self.held = Right(tower.name, epoch)
+        else:
+            self.held.epoch, self.held.right_ns = epoch, NEVER  # the new right begins with the first command that carries it
 
     # rules ----------------------------------------------------------------------------------------------------------------
 
@@ -131,6 +178,7 @@ class Witness:
         dt_s = min(dt_ms / 1e3, self.limits.gate.frame_longest_s)
         self.every_number_is_one(world)
         self.only_a_rightful_command_gets_in(world)
+        self._account_change(world)
         self.nobody_is_driven_without_epoch_freshness_and_dead_man(world, applied)
         self.nobody_steers_without_them(world, applied)
         self.nobody_stays_at_the_wheel_who_is_gone(world)
@@ -164,16 +212,20 @@ class Witness:
 
     def only_a_rightful_command_gets_in(self, world):
         if world.inputs.command is not None:
-            assert world.inputs.command == self.taken, "a command got in that had no right to"
+            assert world.inputs.command == self.held.taken, "a command got in that had no right to"
+        if world.inputs.next_command is not None:
+            assert world.inputs.next_command == self.next.taken, "a command of the next operator got in that had no right to"
 
     def nobody_is_driven_without_epoch_freshness_and_dead_man(self, world, applied):
         mode, now_ns = world.out.mode, world.now_ns
         if applied.acceleration_m_s2 <= 0.0:
             return
         if mode in OPERATOR:
-            assert self.taken is not None and self.taken.lease_epoch == self.epoch, "driven with no command of this epoch"
-            assert self.taken.dead_man and now_ns - self.right_ns <= 120 * MS, "driven without dead-man, or too late"
-            assert applied.acceleration_m_s2 <= self.taken.acceleration_m_s2 + TINY, "driven harder than anybody asked"
+            assert self.held.taken is not None and self.held.taken.lease_epoch == self.held.epoch, (
+                "driven with no command of this epoch"
+            )
+            assert self.held.taken.dead_man and now_ns - self.held.right_ns <= 120 * MS, "driven without dead-man, or too late"
+            assert applied.acceleration_m_s2 <= self.held.taken.acceleration_m_s2 + TINY, "driven harder than anybody asked"
         else:
             drives_itself = mode in AUTOMATION or (mode is M.HANDING_OVER and world.state.authority.origin in AUTOMATION)
             assert drives_itself, f"driven in {mode}"
@@ -183,18 +235,18 @@ class Witness:
     def nobody_steers_without_them(self, world, applied):
         if world.out.mode not in OPERATOR:
             return
-        entitled = self.taken is not None and self.taken.dead_man and world.now_ns - self.right_ns <= 120 * MS
+        entitled = self.held.taken is not None and self.held.taken.dead_man and world.now_ns - self.held.right_ns <= 120 * MS
         held, angle = self.previous[0], applied.road_wheel_angle_rad
         assert entitled or abs(angle - held) < TINY or abs(angle) < abs(held), "steered without the right to"
 
     def nobody_stays_at_the_wheel_who_is_gone(self, world):
         if world.out.mode in OPERATOR:
-            assert world.now_ns - self.right_ns <= 500 * MS, "the operator is gone, and the car is still his"
+            assert world.now_ns - self.held.right_ns <= 500 * MS, "the operator is gone, and the car is still his"
 
     def the_operator_sees_what_he_drives_into(self, world):
         """As of his last command, which alone tells it; his silence has its own rule."""
         if world.out.mode in OPERATOR:
-            assert self.blind_ns <= 200 * MS, "the operator drives blind"
+            assert self.held.blind_ns <= 200 * MS, "the operator drives blind"
 
     def limits_hold_in_every_frame(self, world, applied, dt_s):
         angle, acceleration = applied.road_wheel_angle_rad, applied.acceleration_m_s2
@@ -227,7 +279,7 @@ class Witness:
     def braking_is_never_limited(self, world, applied):
         """The brake that somebody with the right to it asks for is applied in the very cycle, whoever drives."""
         command = world.inputs.command
-        if command is not None and command.lease_epoch == self.epoch and world.now_ns - self.good_ns < 100 * MS:
+        if command is not None and command.lease_epoch == self.held.epoch and world.now_ns - self.held.good_ns < 100 * MS:
             asked, pressed = command.acceleration_m_s2, command.acceleration_m_s2 <= -1.0
             assert not pressed or applied.acceleration_m_s2 <= max(asked, -BRAKING_MAX_M_S2) + TINY, (
                 "the operator's brake was weakened"

@@ -236,7 +236,7 @@ class World:
             self._ask_lease(tower)
         for tower, action in hand_overs:
             self._ask_hand_over(tower, action)
-        self.inputs, waiting = self.inbox.take(self.state.lease.certificate)
+        self.inputs, waiting = self.inbox.take(self.state.lease.certificate, self.state.successor.lease.certificate)
         if not self.feedback_lost:
             self.inputs = replace(self.inputs, feedback=self._feedback())
         if self.witness is not None:
@@ -261,7 +261,7 @@ class World:
         for tower in self.towers:
             if not tower.deaf:
                 tower.echo_ns, tower.boot_id = max(self.now_ns - 30 * MS, 0), self.boot_id
-                if self.state.lease.session and self._knows(tower):
+                if self.state.lease.session and self.holds(tower):
                     tower.epoch = self.state.lease.epoch  # GatewayStatus tells it
             if not tower.frozen and not self.cameras_dead:
                 tower.shown_ns = max(self.now_ns - 80 * MS, 0)
@@ -275,8 +275,9 @@ class World:
             for _ in range(1 + self.repeats):
                 self.flying.append((self.now_ns + round(late_ms * MS), tower, command))
 
-    def _knows(self, tower):
-        return self.inbox.key == tower.key
+    def holds(self, tower):
+        """Whether this tower holds the lease."""
+        return self.inbox.key_of(self.state.lease.epoch) == tower.key
 
     def _due(self):
         """What arrives now; every fifth just after the inbox was emptied, while the cycle is made."""
@@ -345,10 +346,7 @@ class World:
 
     def _answer(self, waiting):
         """As the shell does: the guard first, then the answers, each with its key."""
-        lease, before = self.state.lease, self.before.lease
-        if lease != before:
-            new = f"key of {lease.owner} {lease.epoch}".encode() if lease.owner != before.owner else None
-            self.inbox.hold_to(lease.epoch, new)
+        self.inbox.open_for(self.before, self.state, lambda lease: f"key of {lease.owner} {lease.epoch}".encode())
         for reply, answer in zip(
             (*waiting.lease, *waiting.hand_over), (*self.out.lease_replies, *self.out.hand_over_replies), strict=True
         ):
@@ -363,7 +361,7 @@ class World:
             return
         if isinstance(answer, LeaseReply):
             if answer.granted:
-                tower.key, tower.epoch, tower.boot_id = self.inbox.key, answer.epoch, answer.boot_id
+                tower.key, tower.epoch, tower.boot_id = self.inbox.key_of(answer.epoch), answer.epoch, answer.boot_id
         elif answer.outcome is Outcome.GRANTED:
             tower.epoch = answer.lease_epoch
 

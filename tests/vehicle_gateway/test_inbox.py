@@ -5,14 +5,15 @@ from types import SimpleNamespace
 
 from tests.messages import drive_command
 from tests.safety.world import BUS, Ear, Recognised
-from vehicle_gateway.inbox import Commanded, Inbox
+from vehicle_gateway.door import Commanded, Door
+from vehicle_gateway.inbox import Inbox
 from wire.signature import sign
 
 KEY, BOOT, NOW = b"k" * 32, "boot", 10**12
 LONG_ENOUGH_S = 0.2  # for a thread that nothing keeps from putting; one that has to wait does so until the loop has taken
 
 
-class Looked(Inbox):
+class Looked(Door):
     """Calls `when_looked` once, between looking at the newest command and clearing it."""
 
     when_looked = staticmethod(lambda: None)
@@ -39,8 +40,9 @@ def command(sequence):
 
 def test_a_command_that_comes_between_looking_and_clearing_is_there_at_the_next_look():
     ear = Ear()
-    inbox = Looked(ear, BOOT, Recognised(), SimpleNamespace(now_ns=lambda: NOW), BUS)
-    inbox.hold_to(1, KEY)
+    inbox = Inbox(ear, BOOT, Recognised(), SimpleNamespace(now_ns=lambda: NOW), BUS)
+    door = inbox._holder = Looked(BOOT)
+    door.hold_to(1, KEY)
     ear.heard["drive_command"](command(1), NOW + 1)
     putting = threading.Thread(target=lambda: ear.heard["drive_command"](command(2), NOW + 2))
 
@@ -48,7 +50,7 @@ def test_a_command_that_comes_between_looking_and_clearing_is_there_at_the_next_
         putting.start()
         putting.join(LONG_ENOUGH_S)
 
-    inbox.when_looked = put
+    door.when_looked = put
     first = inbox.take("")[0]
     putting.join()
     second, third = inbox.take("")[0], inbox.take("")[0]

@@ -38,6 +38,7 @@ class Action(StrEnum):
     RETURN = "return"  # one press within the guard time: the operator drives again
     ENGAGE = "engage"  # from STANDBY: the automation starts to drive
     CLEAR = "clear"  # a remote STOP whose cause is gone is cleared; the car stays STOPPED
+    PASS_ON = "pass_on"  # the operator who drives agrees: the next one, whom a supervisor named, may take over from him
 
 
 class Outcome(StrEnum):
@@ -66,7 +67,9 @@ class HandOverReply(Message):
 
 
 class Supervision(StrEnum):
-    REVOKE = "revoke"  # the lease ends now; its holder gets none for a while
+    # the lease ends now, and its holder gets none for a while; while he drives, with the next one named and no stop: as soon as
+    # both are ready, or not at all
+    REVOKE = "revoke"
     ADMIT = "admit"  # he may have one again
     RELEASE = "release"  # after three stops in ten minutes: the car may be taken over again
 

@@ -114,6 +114,16 @@ class StopWay(Message):
     stop_m: Length = 0.0  # where the car would stand, the silence until it brakes included
 
 
+class Succession(Message):
+    """The next operator, named by a supervisor while another one drives; the car changes hands when both are ready."""
+
+    operator: Name = ""  # "": nobody is named
+    lease_epoch: Count = 0  # of his own lease, with which he drives nothing yet; 0: his cockpit has not asked
+    agreed: bool = False  # the driver has passed the car on
+    refused: Text = ""  # the rule that would refuse him to take over now; "" when none would
+    remaining_s: Seconds = 0.0  # then the driver drives on
+
+
 class GatewayStatus(Message):
     """20 Hz and on change. Only the authority owns the mode; everybody else displays it."""
 
@@ -141,6 +151,7 @@ class GatewayStatus(Message):
     stops_in_ten_minutes: Count
     dropped: dict[Name, Count]  # messages dropped since start, by reason
     stop_way: StopWay = StopWay()
+    succession: Succession = Succession()
     watchdog_silent_s: Seconds | None = None  # since its last frame, or since our start; None: this car obeys none
 
 
