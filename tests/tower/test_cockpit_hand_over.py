@@ -9,13 +9,15 @@ from tests.messages import gateway_status
 from tower.cockpit.hand_over import HandOverInputs, HandOverState, answered, is_driving, step, wheel_wanted
 from wire.messages.automation import Reason, TakeoverRequest
 from wire.messages.session import Action, HandOverReply, Outcome
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode, Succession
 
 S = 1_000_000_000
 CARS = 7  # the car's own number of what it grants
 STATUS = gateway_status(lease_holder="o", lease_epoch=3)
 REQUEST = TakeoverRequest(number=1, raised_ns=0, reasons=(Reason(channel="map", text="closed"),), budget_s=15.0, place=(0.0, 0.0))
-READY = HandOverInputs(pressed=frozenset(), phase=Phase.READY, dead_man=True, lease_epoch=3, status=STATUS, asker_busy=False)
+READY = HandOverInputs(
+    pressed=frozenset(), phase=Phase.READY, dead_man=True, lease_epoch=3, status=STATUS, asker_busy=False, operator="o"
+)
 
 
 def press(button: str, inputs: HandOverInputs = READY) -> HandOverInputs:
@@ -151,13 +153,13 @@ def test_a_press_while_driving_asks_for_nothing() -> None:
 
 def test_the_wheel_turns_to_the_car_for_a_request_a_wish_a_held_dead_man_or_within_the_guard_time() -> None:
     rest = HandOverState()
-    assert not wheel_wanted(rest, STATUS, False)
-    assert wheel_wanted(rest, STATUS, True)
-    assert wheel_wanted(rest, with_status(request=REQUEST), False)
-    assert wheel_wanted(rest, with_status(guard_remaining_s=5.0), False)
-    assert wheel_wanted(HandOverState(wish=Action.TAKE), STATUS, False)
+    assert not wheel_wanted(rest, STATUS, "o", False)
+    assert wheel_wanted(rest, STATUS, "o", True)
+    assert wheel_wanted(rest, with_status(request=REQUEST), "o", False)
+    assert wheel_wanted(rest, with_status(guard_remaining_s=5.0), "o", False)
+    assert wheel_wanted(HandOverState(wish=Action.TAKE), STATUS, "o", False)
     for mode in (Mode.REMOTE, Mode.SAFE_STOP, Mode.EMERGENCY_STOP, Mode.LOCAL_DRIVER):
-        assert not wheel_wanted(rest, with_status(request=REQUEST, mode=mode), True)
+        assert not wheel_wanted(rest, with_status(request=REQUEST, mode=mode), "o", True)
 
 
 BUTTONS = st.sampled_from(["accept", "hand_back", "return_", "engage", "clear"])
@@ -190,6 +192,7 @@ def test_the_wheel_is_asked_for_only_when_ready_and_held_one_question_at_a_time_
             lease_epoch=epoch,
             status=with_status(mode=mode),
             asker_busy=busy or in_flight,
+            operator="o",
         )
         state, asked = step(state, seen, now)
         if asked is not None:
@@ -203,3 +206,39 @@ def test_the_wheel_is_asked_for_only_when_ready_and_held_one_question_at_a_time_
             replies = {"grant": reply(numbers[-1]), "refuse": reply(numbers[-1], Outcome.REFUSED, "no"), "silence": None}
             state = answered(state, replies[answer], now)
     assert len(numbers) - 1 <= presses
+
+
+NAMED = Succession(operator="n", lease_epoch=8, agreed=False, refused="", remaining_s=50.0)
+DRIVING = with_status(mode=Mode.REMOTE, succession=NAMED)
+NEXT = replace(READY, status=DRIVING, operator="n", lease_epoch=8)
+
+
+def test_whoever_drives_and_accepts_that_another_is_named_passes_the_car_on() -> None:
+    driver = replace(READY, status=DRIVING)
+    state, asked = step(HandOverState(), press("accept", driver), 0)
+    assert asked is not None and asked.action is Action.PASS_ON and not wheel_wanted(state, DRIVING, "o", False)
+    state = answered(state, reply(1), S)
+    assert (state.question.state, state.note, state.commit_until_ns) == ("committed", "pass on: granted", 0)
+    for other in (replace(driver, guard_holds=True), replace(driver, status=with_status(mode=Mode.REMOTE))):
+        assert step(HandOverState(), press("accept", other), 0)[1] is None, "then it is the guard that he means, or nothing"
+
+
+def test_the_next_operator_s_wheel_follows_the_car_s_and_he_asks_when_the_car_would_grant_it() -> None:
+    assert wheel_wanted(HandOverState(), DRIVING, "n", True) and not wheel_wanted(HandOverState(), DRIVING, "x", True)
+    waiting = replace(NEXT, status=with_status(mode=Mode.REMOTE, succession=msgspec.structs.replace(NAMED, refused="not yet")))
+    state, asked = step(HandOverState(), press("accept", waiting), 0)
+    assert asked is None and state.note == "take: not yet"
+    state, asked = step(state, NEXT, S)
+    assert asked is not None and (asked.action, asked.lease_epoch) == (Action.TAKE, 8)
+    assert not is_driving(state, DRIVING, "n", S)
+    state = answered(state, reply(1), S)
+    assert is_driving(state, DRIVING, "n", S + 1), "the other one's driving says nothing against ours"
+    assert is_driving(step(state, NEXT, S + 1)[0], DRIVING, "n", S + 2)
+    assert is_driving(HandOverState(), with_status(mode=Mode.REMOTE, lease_holder="n"), "n", 0)
+    assert not is_driving(HandOverState(), with_status(mode=Mode.REMOTE, lease_holder="n"), "o", 0)
+
+
+def test_of_a_car_that_another_one_drives_only_the_next_operator_s_press_is_kept() -> None:
+    """Whoever is not named asks, and the car refuses him: the rule is its own."""
+    stranger = replace(READY, status=DRIVING, operator="x")
+    assert step(HandOverState(), press("accept", stranger), 0)[0].question.action == "take"

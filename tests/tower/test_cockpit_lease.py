@@ -5,7 +5,7 @@ from msgspec.structs import replace
 from tests.messages import gateway_status
 from tower.cockpit.lease_client import Lease, answered, asked, contradicts, due, request, with_epoch
 from wire.messages.session import LeaseReply
-from wire.messages.vehicle import GatewayStatus
+from wire.messages.vehicle import GatewayStatus, Succession
 
 S = 1_000_000_000
 
@@ -43,6 +43,14 @@ def test_a_refusal_says_why_and_no_answer_takes_nothing_from_a_lease_that_is_hel
     assert answered(Lease(), None, 0).note == "the car does not answer"
     assert answered(held(), None, S).epoch == 3
     assert answered(held(), reply(granted=False), S).epoch == 0
+
+
+def test_the_next_operator_s_own_lease_is_no_contradiction_as_long_as_the_car_speaks_of_it() -> None:
+    lease, driven = held(), status(epoch=2, holder="ann")
+    named = replace(driven, succession=Succession(operator="o", lease_epoch=3))
+    assert not contradicts(lease, named, "o", S)
+    for other in (driven, replace(named, succession=Succession(operator="o", lease_epoch=4)), replace(named, boot_id="c")):
+        assert contradicts(lease, other, "o", S)
 
 
 def test_another_boot_holder_or_epoch_is_asked_about_once_it_is_older_than_the_way_of_a_message() -> None:

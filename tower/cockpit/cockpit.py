@@ -24,7 +24,7 @@ from tower.cockpit.hand_over import HandOverInputs, HandOverState
 from tower.cockpit.keyboard import lock_rad
 from tower.cockpit.lease_client import Lease
 from tower.cockpit.one_car import held_elsewhere
-from tower.cockpit.override import override_until_ns
+from tower.cockpit.override import is_held, override_until_ns
 from tower.cockpit.pedals import Arming, arm
 from tower.cockpit.reading import CockpitLink, Inbox
 from tower.cockpit.settings import CockpitSettings
@@ -205,8 +205,8 @@ class Cockpit:
         self._arm(status)
         inputs = self._wheel_inputs(view, status, now_ns)
         self._turn(inputs, dt_s, now_ns)
-        self._ask(pressed, status, now_ns)
         state = view.vehicle_state.message if view.vehicle_state is not None else None
+        self._ask(pressed, status, is_held(self._mode, state), now_ns)
         self._override_ns = override_until_ns(self._override_ns, pressed, self._mode, state, now_ns)
         return alignment.alignment_error_rad(inputs)
 
@@ -240,12 +240,12 @@ class Cockpit:
             speed_m_s=view.speed_m_s,
             lateral_m_s2=state.message.speed_m_s * state.message.yaw_rate_rad_s if state is not None else 0.0,
             lock_rad=lock_rad(car.message if car is not None else None),
-            wanted=hand_over.wheel_wanted(self._hand_over, status, self._controls.dead_man),
+            wanted=hand_over.wheel_wanted(self._hand_over, status, self._settings.operator, self._controls.dead_man),
             driving=hand_over.is_driving(self._hand_over, status, self._settings.operator, now_ns),
             armed=self._arming.armed,
         )
 
-    def _ask(self, pressed: frozenset[str], status: GatewayStatus | None, now_ns: int) -> None:
+    def _ask(self, pressed: frozenset[str], status: GatewayStatus | None, guard_holds: bool, now_ns: int) -> None:
         inputs = HandOverInputs(
             pressed=pressed,
             phase=self._wheel.phase,
@@ -253,6 +253,8 @@ class Cockpit:
             lease_epoch=self._lease.epoch,
             status=status,
             asker_busy=self._asker.busy,
+            operator=self._settings.operator,
+            guard_holds=guard_holds,
         )
         self._hand_over, request = hand_over.step(self._hand_over, inputs, now_ns)
         if request is not None:

@@ -53,11 +53,13 @@ class HandOverInputs:
     lease_epoch: int  # 0: none
     status: GatewayStatus | None
     asker_busy: bool
+    operator: str
+    guard_holds: bool = False  # the car, for something in its way: "accept" then means to pass that
 
 
 def step(state: HandOverState, seen: HandOverInputs, now_ns: int) -> tuple[HandOverState, HandOverRequest | None]:
     """(state, the unsigned question to ask now or None)."""
-    state = _told(state, seen.status)
+    state = _told(state, seen.status, seen.operator)
     state = _wished(state, seen, now_ns)
     if state.wish is None or state.asked is not None:
         return state, None
@@ -104,19 +106,24 @@ def is_driving(state: HandOverState, status: GatewayStatus | None, operator: str
     return status is not None and status.mode in DRIVING and status.lease_holder == operator
 
 
-def wheel_wanted(state: HandOverState, status: GatewayStatus | None, dead_man: bool) -> bool:
+def is_next(status: GatewayStatus | None, operator: str) -> bool:
+    """Whether a supervisor lets this operator take over from the one who drives."""
+    return status is not None and status.mode is Mode.REMOTE and bool(operator) and status.succession.operator == operator
+
+
+def wheel_wanted(state: HandOverState, status: GatewayStatus | None, operator: str, dead_man: bool) -> bool:
     """Whether the wheel should turn to the car's angle: a take-over is asked for, wished, or one press away."""
-    if status is None or status.mode not in ALIGNING:
+    if status is None or not (status.mode in ALIGNING or is_next(status, operator)):
         return False
     wished = state.wish in TAKES_WHEEL or state.asked in TAKES_WHEEL
     return dead_man or wished or status.request is not None or status.guard_remaining_s > 0.0
 
 
-def _told(state: HandOverState, status: GatewayStatus | None) -> HandOverState:
+def _told(state: HandOverState, status: GatewayStatus | None, operator: str) -> HandOverState:
     """What the car says about our grant ends our waiting for it."""
     if status is None:
         return state
-    if status.mode is Mode.REMOTE:
+    if status.mode is Mode.REMOTE and status.lease_holder == operator:
         state = replace(state, commit_until_ns=0)
     ended = _end(state, status)
     if ended is None:
@@ -143,10 +150,17 @@ def _end(state: HandOverState, status: GatewayStatus) -> tuple[str, str] | None:
 def _wished(state: HandOverState, seen: HandOverInputs, now_ns: int) -> HandOverState:
     for button, action in BUTTONS.items():
         if button in seen.pressed:
-            state = replace(state, wish=action, wished_ns=now_ns)
-    if state.wish in TAKES_WHEEL and seen.status is not None and seen.status.mode in DRIVING:
+            state = replace(state, wish=_meant(action, seen, now_ns, state), wished_ns=now_ns)
+    if state.wish in TAKES_WHEEL and is_driving(state, seen.status, seen.operator, now_ns):
         return replace(state, wish=None)  # it is ours already
     return state
+
+
+def _meant(action: Action, seen: HandOverInputs, now_ns: int, state: HandOverState) -> Action:
+    """Whoever drives and accepts that another one is named passes the car on to him."""
+    named = seen.status is not None and bool(seen.status.succession.operator) and not seen.guard_holds
+    passes = action is Action.TAKE and named and is_driving(state, seen.status, seen.operator, now_ns)
+    return Action.PASS_ON if passes else action
 
 
 def _missing(wish: Action, seen: HandOverInputs) -> str:
@@ -157,6 +171,8 @@ def _missing(wish: Action, seen: HandOverInputs) -> str:
         return ""
     if not seen.dead_man:
         return "hold the dead-man control"
+    if is_next(seen.status, seen.operator) and seen.status is not None and seen.status.succession.refused:
+        return seen.status.succession.refused
     if wish is Action.RETURN:  # one press: the wheel follows the car all through the guard time, the rest is blended out
         return ""
     return "" if seen.phase is Phase.READY else "the wheel is turning to the car's angle"

@@ -42,10 +42,14 @@ def due(lease: Lease, status: GatewayStatus | None, operator: str, now_ns: int) 
 
 
 def contradicts(lease: Lease, status: GatewayStatus | None, operator: str, now_ns: int) -> bool:
-    """Whether the car speaks of another boot, holder or epoch than ours, for longer than messages are under way."""
+    """Whether the car speaks of another boot, holder or epoch than ours, for longer than messages are under way.
+
+    The next operator, whom a supervisor lets take over from the one who drives, has a lease of his own beside the holder's.
+    """
     if status is None or now_ns - lease.changed_ns < MISMATCH_NS:
         return False
-    return (status.boot_id, status.lease_holder, status.lease_epoch) != (lease.boot_id, operator, lease.epoch)
+    leases = ((status.lease_holder, status.lease_epoch), (status.succession.operator, status.succession.lease_epoch))
+    return status.boot_id != lease.boot_id or (operator, lease.epoch) not in leases
 
 
 def kept_back(lease: Lease, note: str) -> Lease:

@@ -16,5 +16,9 @@ def override_until_ns(until_ns: int, pressed: frozenset[str], mode: Mode | None,
 
     state  the newest of the car, None before the first
     """
-    held = mode is Mode.REMOTE and state is not None and state.guard in HELD and abs(state.speed_m_s) <= WALKING_M_S
-    return now_ns + LASTS_NS if held and "accept" in pressed else until_ns
+    return now_ns + LASTS_NS if is_held(mode, state) and "accept" in pressed else until_ns
+
+
+def is_held(mode: Mode | None, state: VehicleState | None) -> bool:
+    """Whether the collision guard holds the car of an operator who drives at walking pace."""
+    return mode is Mode.REMOTE and state is not None and state.guard in HELD and abs(state.speed_m_s) <= WALKING_M_S
