@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from tower.window.looks import LOOKS, Driver
 from tower.window.sounds import SCORES, Sound, Trial, alarm_on, end_of, sound_at_change, waveform
 from wire.messages.vehicle import Mode
 
@@ -38,11 +39,16 @@ def test_what_nobody_can_hear_is_not_called_played(volume: float, driver: str | 
 def test_a_sound_tells_of_every_change_of_the_driver_and_of_nothing_else() -> None:
     for before, now in itertools.product(Mode, Mode):
         expected = next((sound for modes, sound in GROUPS if now in modes and before not in modes), None)
-        assert sound_at_change(before, now) == expected, (before, now)
+        assert sound_at_change(LOOKS[before].driver, LOOKS[now].driver) == expected, (before, now)
 
 
 def test_a_mode_nobody_knows_makes_no_sound() -> None:
-    assert all(sound_at_change(mode, None) is None for mode in Mode)
+    assert all(sound_at_change(driver, None) is None for driver in Driver)
+
+
+def test_who_loses_the_car_to_another_operator_hears_it_and_so_does_he() -> None:
+    assert sound_at_change(Driver.OPERATOR, Driver.OTHER_OPERATOR) is Sound.PERSON_DRIVES
+    assert sound_at_change(Driver.OTHER_OPERATOR, Driver.OPERATOR) is Sound.OPERATOR_DRIVES
 
 
 def test_the_alarm_is_on_while_the_car_asks_and_only_then() -> None:

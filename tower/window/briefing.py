@@ -14,10 +14,12 @@ _KM_H = 3.6
 
 
 def briefing(sights: Sights) -> BriefingView | None:
-    """While a request is open, or the operator reaches for a car that drives or stands by itself."""
+    """While a request is open, or the operator reaches for a car that drives or stands by itself, or is the next for one."""
     mode, operator = known_mode(sights.status, sights.now_ns), sights.fresh_operator
     reaching = mode in _ASKABLE and operator is not None and operator.dead_man
-    if mode is not Mode.TAKEOVER_REQUESTED and not reaching:
+    named = sights.status.message.succession.operator if sights.status is not None else ""
+    is_next = mode is Mode.REMOTE and operator is not None and named == operator.operator
+    if mode is not Mode.TAKEOVER_REQUESTED and not reaching and not is_next:
         return None
     return BriefingView(
         replay=sights.replay if mode is Mode.TAKEOVER_REQUESTED else None,

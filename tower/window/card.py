@@ -11,6 +11,7 @@ from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import GatewayStatus, Mode
 
 GUARD_S = 10.0  # architecture: after a hand-back the operator guards for 10 s; only for the length of the bar
+SUCCESSION_S = 60.0  # so long may it take until one operator has taken over from another; only for the length of the bar
 _STOPPING = (Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP)
 UNFOCUSED = "CONTROLS RELEASED"
 _STEERED = (Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK)
@@ -18,7 +19,8 @@ _ALIGNED = ("ready", "active")  # phases of the wheel in which it fits the car's
 
 
 def card(sights: Sights) -> CardView | None:
-    """The first that applies: STOP, a lost focus, a request, control changing hands, the guard. None: the view stays free."""
+    """The first that applies: STOP, a lost focus, a request, control changing hands, the guard, the next operator. None: the view
+    stays free."""
     operator = sights.fresh_operator
     mode = known_mode(sights.status, sights.now_ns)
     first = _stop(operator, mode) or _unfocused(sights, mode)
@@ -26,6 +28,35 @@ def card(sights: Sights) -> CardView | None:
         return first
     make = _BY_MODE.get(mode)
     return make(sights.status.message, operator) if make is not None else None
+
+
+def _succession(status: GatewayStatus, operator: OperatorStatus | None) -> CardView | None:
+    """To whoever drives, and to the next one; nobody else has anything to do."""
+    said = status.succession
+    if not said.operator or operator is None or operator.operator not in (said.operator, status.lease_holder):
+        return None
+    left, share = f"{seconds(said.remaining_s)} left", round(min(said.remaining_s / SUCCESSION_S, 1.0) * 200) / 200
+    if operator.operator == said.operator:
+        return CardView(
+            title=f"TAKE OVER FROM {status.lease_holder.upper()}",
+            tone=Tone.WARN,
+            remaining_text=left,
+            remaining_share=share,
+            steps=_steps(operator, False),
+            action=take_action(status, operator),
+            note=_last_answer(operator),
+            wheel_error_deg=_wheel_error_deg(operator),
+            wheel_aligned=operator.wheel_phase in _ALIGNED,
+        )
+    waiting = "Press Enter to pass the car on" if said.lease_epoch else f"Drive on: {said.operator}'s cockpit has not answered yet"
+    return CardView(
+        title=f"{said.operator.upper()} TAKES OVER",
+        tone=Tone.WARN,
+        remaining_text=left,
+        remaining_share=share,
+        action=f"Drive on until {said.operator} has it" if said.agreed else waiting,
+        note=f"{said.operator}: {said.refused}" if said.agreed and said.refused else "",
+    )
 
 
 def focus_is_missed(sights: Sights) -> bool:
@@ -125,6 +156,7 @@ _BY_MODE: dict[Mode, Callable[[GatewayStatus, OperatorStatus | None], CardView |
     Mode.HANDING_OVER: _handing_over,
     Mode.HANDING_BACK: _handing_back,
     Mode.AUTONOMOUS: _guard,
+    Mode.REMOTE: _succession,
 }
 
 
@@ -134,12 +166,13 @@ def take_action(status: GatewayStatus, operator: OperatorStatus | None) -> str:
         return "The cockpit does not answer"
     held = dead_man_name(operator.device)
     turn = "right" if operator.alignment_error_rad > 0 else "left"
+    refused = status.succession.refused if status.succession.operator == operator.operator else status.take_refused
     conditions = (
         (operator.lease_epoch > 0, f"Wait for the lease: {operator.lease_note or 'asking the car'}"),
         (operator.armed, operator.device_hint or "Release both pedals once"),
         (operator.dead_man, f"Hold {held}"),
         (operator.wheel_phase in _ALIGNED, f"Turn the wheel {turn} to the car's angle"),
-        (not status.take_refused, f"Not yet: {status.take_refused}"),
+        (not refused, f"Not yet: {refused}"),
     )
     text = next((text for holds, text in conditions if not holds), "Press Enter to take over")
     return f"Scripted operator: {text[:1].lower()}{text[1:]}" if operator.device == "scripted" else text

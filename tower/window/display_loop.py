@@ -15,14 +15,14 @@ from tower.window.forecast import Minute, forecast, loop_to_expect_ms
 from tower.window.forecast import add as add_second
 from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, followed, next_input, next_window_keys, released
-from tower.window.looks import known_mode
+from tower.window.looks import another_drives, known_mode
 from tower.window.picture_age import PictureSeen, PictureState, age_ns, picture_state, see
 from tower.window.picture_layout import FRONT, SHOWN
 from tower.window.pictures import Frame
 from tower.window.replay_mark import ReplayMark
 from tower.window.replay_ring import HIGH_PX, WIDE_PX, ReplayRing
 from tower.window.side_monitor import SideMonitor, without_sides
-from tower.window.sights import OPERATOR_STALE_NS, Sights
+from tower.window.sights import OPERATOR_STALE_NS, Sights, fresh
 from tower.window.snapshot import Choice, SnapshotWriter, choose
 from tower.window.sounds import Player
 from tower.window.sticks import Hands
@@ -193,12 +193,12 @@ class DisplayLoop:
         status, state = self._levels["gateway_status"].get(), self._levels["vehicle_state"].get()
         mode = known_mode(status, now_ns)
         if status is not None and not self._over and self._is_news("gateway_status", status.received_ns):
-            self._log.add_status(status.message)
+            self._log.add_status(status.message, self._another_drives(now_ns))
         loop_ms = None
         if state is not None and self._is_news("vehicle_state", state.received_ns):
             said = state.message
             self._motions = remember(self._motions, Motion(said.stamp_ns, said.speed_m_s, said.road_wheel_angle_rad))
-            if mode in (Mode.REMOTE, Mode.HANDING_BACK):
+            if mode in (Mode.REMOTE, Mode.HANDING_BACK) and not self._another_drives(now_ns):
                 self._log.add_loop_age(said)
                 loop_ms = round(said.loop_age_ms)
         self._learn_of_cameras(now_ns)
@@ -207,6 +207,10 @@ class DisplayLoop:
         self._ring.follow(mode is Mode.TAKEOVER_REQUESTED, now_ns)
         self._check(mode, now_ns)
         self._history = add(self._history, None if age is None else round(age / 1e6), loop_ms, now_ns, self._bars)
+
+    def _another_drives(self, now_ns: int) -> bool:
+        status, operator = self._levels["gateway_status"].get(), self._levels["operator_status"].get()
+        return status is not None and another_drives(status.message, fresh(operator, now_ns, OPERATOR_STALE_NS))
 
     def _learn_of_cameras(self, now_ns: int) -> None:
         description, state = self._levels["vehicle_description"].get(), self._levels["vehicle_state"].get()
@@ -322,14 +326,14 @@ class DisplayLoop:
 
     def _follow(self, model: ViewModel, now_ns: int) -> None:
         """Sound, snapshot, end of the drive."""
-        mode = known_mode(self._levels["gateway_status"].get(), now_ns)
-        self._player.hear(mode)
+        mode, another = known_mode(self._levels["gateway_status"].get(), now_ns), self._another_drives(now_ns)
+        self._player.hear(mode, another)
         self._over = model.end is not None
         live = model.picture.state is PictureState.LIVE and not model.help_open and not model.toast
-        self._choice, save = choose(self._choice, mode, self._from_lane_m(), live, now_ns)
+        self._choice, save = choose(self._choice, None if another else mode, self._from_lane_m(), live, now_ns)
         if save:
             self._writer.keep(self._screen.surface)
-        if mode is not Mode.REMOTE:
+        if mode is not Mode.REMOTE or another:
             self._writer.write()
 
     def _from_lane_m(self) -> float | None:

@@ -19,6 +19,7 @@ class Stretch:
     mode: Mode
     begin_s: float
     end_s: float
+    another: bool = False  # it was another operator who drove
 
 
 @dataclass(slots=True)
@@ -26,7 +27,7 @@ class _Drive:
     boot_id: str
     begin_ns: int | None = None  # vehicle clock, like all stamps here
     newest_ns: int = 0
-    entries: list[tuple[Mode, int]] = field(default_factory=list)
+    entries: list[tuple[Mode, bool, int]] = field(default_factory=list)  # mode, another operator's, since
     asked_ns: int | None = None
     takeover_s: tuple[float, ...] = ()
     stops: int = 0
@@ -39,8 +40,8 @@ class DriveLog:
     def __init__(self) -> None:
         self._drive = _Drive(boot_id="")
 
-    def add_status(self, status: GatewayStatus) -> None:
-        """The drive begins when the car first leaves STANDBY."""
+    def add_status(self, status: GatewayStatus, another: bool = False) -> None:
+        """The drive begins when the car first leaves STANDBY. another: it is another operator who drives."""
         if status.boot_id != self._drive.boot_id:
             self._drive = _Drive(boot_id=status.boot_id)
         drive = self._drive
@@ -49,8 +50,8 @@ class DriveLog:
                 return
             drive.begin_ns = status.mode_since_ns
         drive.newest_ns = max(drive.newest_ns, status.stamp_ns)
-        if not drive.entries or drive.entries[-1][0] is not status.mode:
-            _enter(drive, status.mode, status.mode_since_ns)
+        if not drive.entries or drive.entries[-1][:2] != (status.mode, another):
+            _enter(drive, status.mode, another, status.mode_since_ns)
 
     def add_loop_age(self, state: VehicleState) -> None:
         """To be called once per state received while the operator drives."""
@@ -74,14 +75,15 @@ class DriveLog:
         """The modes in order; the last one lasts until the newest status."""
         drive = self._drive
         begin = drive.begin_ns or 0
-        ends = [*(since for _, since in drive.entries[1:]), drive.newest_ns][: len(drive.entries)]
+        ends = [*(since for _, _, since in drive.entries[1:]), drive.newest_ns][: len(drive.entries)]
         return tuple(
-            Stretch(mode, max(since - begin, 0) / 1e9, max(end - begin, since - begin, 0) / 1e9)
-            for (mode, since), end in zip(drive.entries, ends, strict=True)
+            Stretch(mode, max(since - begin, 0) / 1e9, max(end - begin, since - begin, 0) / 1e9, another)
+            for (mode, another, since), end in zip(drive.entries, ends, strict=True)
         )
 
     def seconds_in(self, *modes: Mode) -> float:
-        return sum(stretch.end_s - stretch.begin_s for stretch in self.stretches() if stretch.mode in modes)
+        """Without what another operator drove."""
+        return sum(each.end_s - each.begin_s for each in self.stretches() if each.mode in modes and not each.another)
 
     def loop_age_ms(self, share: float) -> int | None:
         """Percentile (nearest rank, share in (0, 1]) of the loop age while the operator drove; None without a sample."""
@@ -94,9 +96,9 @@ class DriveLog:
         return None
 
 
-def _enter(drive: _Drive, mode: Mode, since_ns: int) -> None:
+def _enter(drive: _Drive, mode: Mode, another: bool, since_ns: int) -> None:
     if len(drive.entries) < _STRETCHES_MAX:
-        drive.entries.append((mode, since_ns))
+        drive.entries.append((mode, another, since_ns))
     if mode is Mode.TAKEOVER_REQUESTED:
         drive.asked_ns = since_ns
     if mode in (Mode.SAFE_STOP, Mode.EMERGENCY_STOP):

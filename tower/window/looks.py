@@ -4,10 +4,11 @@ Colours are those of Okabe and Ito ("Color Universal Design", 2008), made bright
 for automated driving follows SAE J3134. No two modes differ by colour alone: words, pattern and sign differ as well.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from wire.latest import Received
+from wire.messages.operating import OperatorStatus
 from wire.messages.vehicle import GatewayStatus, Mode
 
 STATUS_STALE_NS = 500_000_000  # ours: ten periods of gateway_status; beyond it nobody knows who drives
@@ -47,6 +48,7 @@ class Driver(StrEnum):
     CAR = "car"
     STOPPING = "stopping"
     PERSON_IN_CAR = "person in the car"
+    OTHER_OPERATOR = "other operator"
     NOBODY = "nobody"
     UNKNOWN = "unknown"
 
@@ -96,6 +98,9 @@ LOOKS: dict[Mode, Look] = {
         words="EMERGENCY STOP", colour=VERMILION, ink=_WHITE, pattern=Pattern.CHECKS, sign=Sign.CROSS, driver=Driver.STOPPING
     ),
 }
+OTHER = Look(
+    words="{} DRIVES", colour=PURPLE, ink=_BLACK, pattern=Pattern.THIN, sign=Sign.WHEEL, driver=Driver.OTHER_OPERATOR
+)  # with the name of whoever does
 WAITING = Look(words="WAITING FOR THE CAR", colour=GREY, ink=_BLACK, pattern=Pattern.DOTS, sign=Sign.BROKEN, driver=Driver.UNKNOWN)
 NO_LINK = Look(
     words="NO LINK TO THE CAR", colour=(240, 240, 240), ink=_BLACK, pattern=Pattern.CHECKS, sign=Sign.BROKEN, driver=Driver.UNKNOWN
@@ -109,9 +114,17 @@ def known_mode(status: Received[GatewayStatus] | None, now_ns: int) -> Mode | No
     return status.message.mode
 
 
-def look_at(status: Received[GatewayStatus] | None, now_ns: int) -> Look:
-    """What frame and banner show now."""
+def another_drives(status: GatewayStatus, operator: OperatorStatus | None) -> bool:
+    """Whether the car is driven from another cockpit than ours. None: ours does not answer, and nothing is known of its lease."""
+    driven = status.mode in (Mode.REMOTE, Mode.HANDING_BACK) and operator is not None
+    return driven and operator is not None and (status.lease_holder != operator.operator or not operator.lease_epoch)
+
+
+def look_at(status: Received[GatewayStatus] | None, operator: OperatorStatus | None, now_ns: int) -> Look:
+    """What frame and banner show now. operator: our cockpit's, while it is fresh."""
     mode = known_mode(status, now_ns)
-    if mode is not None:
-        return LOOKS[mode]
-    return WAITING if status is None else NO_LINK
+    if mode is None or status is None:
+        return WAITING if status is None else NO_LINK
+    if another_drives(status.message, operator):
+        return replace(OTHER, words=OTHER.words.format(status.message.lease_holder.upper()))
+    return LOOKS[mode]

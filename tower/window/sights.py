@@ -58,19 +58,19 @@ class Sights:
 
     @property
     def fresh_state(self) -> VehicleState | None:
-        return _fresh(self.state, self.now_ns, STATE_STALE_NS)
+        return fresh(self.state, self.now_ns, STATE_STALE_NS)
 
     @property
     def fresh_operator(self) -> OperatorStatus | None:
-        return _fresh(self.operator, self.now_ns, OPERATOR_STALE_NS)
+        return fresh(self.operator, self.now_ns, OPERATOR_STALE_NS)
 
     @property
     def fresh_scene(self) -> Scene | None:
-        return _fresh(self.scene, self.now_ns, SCENE_STALE_NS)
+        return fresh(self.scene, self.now_ns, SCENE_STALE_NS)
 
     @property
     def fresh_planner(self) -> PlannerView | None:
-        return _fresh(self.planner, self.now_ns, SCENE_STALE_NS)
+        return fresh(self.planner, self.now_ns, SCENE_STALE_NS)
 
     @property
     def clock_offset_ns(self) -> int | None:
@@ -79,5 +79,6 @@ class Sights:
         return operator.message.clock_offset_ns if operator is not None and operator.message.clock_bound_ns > 0 else None
 
 
-def _fresh(received: Received[M] | None, now_ns: int, limit_ns: int) -> M | None:
+def fresh(received: Received[M] | None, now_ns: int, limit_ns: int) -> M | None:
+    """The message, when it came no longer ago than that; both on the tower's clock."""
     return received.message if received is not None and now_ns - received.received_ns <= limit_ns else None

@@ -25,7 +25,7 @@ class Sound(StrEnum):
     OPERATOR_DRIVES = "operator drives"
     CAR_DRIVES = "car drives"
     STOPPING = "stopping"
-    PERSON_DRIVES = "person drives"  # the one in the car
+    PERSON_DRIVES = "person drives"  # the one in the car, or another operator
 
 
 class Trial(StrEnum):
@@ -43,6 +43,7 @@ _BY_DRIVER = {
     Driver.CAR: Sound.CAR_DRIVES,
     Driver.STOPPING: Sound.STOPPING,
     Driver.PERSON_IN_CAR: Sound.PERSON_DRIVES,
+    Driver.OTHER_OPERATOR: Sound.PERSON_DRIVES,
 }
 
 
@@ -64,14 +65,9 @@ SCORES: dict[Sound, tuple[float, tuple[Note, ...]]] = {  # length with the pause
 }
 
 
-def sound_at_change(before: Mode | None, now: Mode | None) -> Sound | None:
-    """What to play when the shown mode changes; None is a mode nobody knows. Silent as long as the same one drives."""
-    if now is None or now is before:
-        return None
-    driver = LOOKS[now].driver
-    if before is not None and LOOKS[before].driver is driver:
-        return None
-    return _BY_DRIVER.get(driver)
+def sound_at_change(before: Driver | None, now: Driver | None) -> Sound | None:
+    """What to play when another one drives; None: nobody knows who does. Silent as long as the same one drives."""
+    return None if now is None or now is before else _BY_DRIVER.get(now)
 
 
 def alarm_on(mode: Mode | None) -> bool:
@@ -118,10 +114,10 @@ def has_sound_device() -> bool:
 
 
 class Player:
-    """Plays; remembers the mode it last heard of, so that a gap in the link makes no sound when it ends."""
+    """Plays; remembers who drove when it last heard of it, so that a gap in the link makes no sound when it ends."""
 
     def __init__(self, enabled: bool, volume: float) -> None:
-        self._known: Mode | None = None
+        self._known: Driver | None = None
         self._sounds = _prepared(volume) if enabled else {}
         self._end = end_of(volume, os.environ.get("SDL_AUDIODRIVER")) if self._sounds else Trial.SILENT
         self._alarm: pygame.mixer.Channel | None = None
@@ -141,10 +137,11 @@ class Player:
             return Trial.WAITING
         return Trial.PLAYING if self._tried.get_busy() else self._end
 
-    def hear(self, mode: Mode | None) -> None:
-        """Once per cycle, with the mode shown now."""
-        sound = sound_at_change(self._known, mode)
-        self._known = mode if mode is not None else self._known
+    def hear(self, mode: Mode | None, another: bool = False) -> None:
+        """Once per cycle, with the mode shown now. another: it is another operator who drives."""
+        driver = None if mode is None else Driver.OTHER_OPERATOR if another else LOOKS[mode].driver
+        sound = sound_at_change(self._known, driver)
+        self._known = driver or self._known
         if sound is not None and sound in self._sounds and not alarm_on(mode):
             self._sounds[sound].play()
         self._switch_alarm(alarm_on(mode))

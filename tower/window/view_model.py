@@ -9,7 +9,7 @@ from tower.window.briefing import briefing
 from tower.window.camera_views import camera_views
 from tower.window.card import UNFOCUSED, card, focus_is_missed
 from tower.window.checks import CheckState
-from tower.window.looks import Driver, known_mode, look_at
+from tower.window.looks import Driver, another_drives, known_mode, look_at
 from tower.window.picture_age import PictureState, age_ns, picture_state
 from tower.window.road_model import road_view
 from tower.window.sights import Sights
@@ -89,7 +89,7 @@ def _picture(sights: Sights) -> PictureView:
 
 
 def _banner(sights: Sights, has_card: bool) -> BannerView:
-    look = look_at(sights.status, sights.now_ns)
+    look = look_at(sights.status, sights.fresh_operator, sights.now_ns)
     status = sights.status.message if sights.status is not None else None
     mode = known_mode(sights.status, sights.now_ns)
     if mode is None or status is None:
@@ -115,6 +115,8 @@ def _banner(sights: Sights, has_card: bool) -> BannerView:
 
 
 def _hint(status: GatewayStatus, operator: OperatorStatus | None) -> str:
+    if another_drives(status, operator):
+        return "You look on"
     held = dead_man_name(operator.device if operator is not None else "keyboard")
     take = (
         "Any driving key takes the controls"
@@ -297,6 +299,8 @@ def _operator(sights: Sights) -> OperatorView:
 
 def _lease(status: GatewayStatus, operator: OperatorStatus, car: str) -> tuple[str, Tone]:
     """With the car's id: there may be several to drive."""
+    if status.succession.operator == operator.operator and operator.lease_epoch:
+        return f"Next for {car}, held by {status.lease_holder}", Tone.GOOD
     if 0 < operator.lease_epoch == status.lease_epoch and status.lease_holder == operator.operator:
         left_s = status.certificate_left_s
         if left_s is not None and left_s < _CERTIFICATE_WARN_S:
@@ -339,7 +343,9 @@ def _toast(sights: Sights, picture: PictureView, shown: CardView | None) -> str:
 
 
 def _is_remote(sights: Sights) -> bool:
-    return known_mode(sights.status, sights.now_ns) is Mode.REMOTE
+    """It is this operator who drives."""
+    remote = sights.status is not None and known_mode(sights.status, sights.now_ns) is Mode.REMOTE
+    return remote and sights.status is not None and not another_drives(sights.status.message, sights.fresh_operator)
 
 
 def _end(sights: Sights) -> EndView | None:

@@ -1,0 +1,56 @@
+"""What two operators see of one car that one of them drives: who drives it, and what to do when it shall change hands."""
+
+from msgspec.structs import replace
+
+from tests.tower.test_window_model import heard, operator, sights, state, status
+from tower.window.looks import Driver
+from tower.window.view_model import view_model
+from tower.window.views import ViewModel
+from wire.messages.vehicle import GatewayStatus, Mode, Succession
+
+NOBODY = Succession()
+NAMED = Succession(operator="Ben", lease_epoch=8, agreed=False, refused="Anna has not passed the car on yet", remaining_s=30.0)
+AGREED = replace(NAMED, agreed=True, refused="")
+
+
+def driven(named: Succession = NOBODY) -> GatewayStatus:
+    return status(Mode.REMOTE, lease_holder="Anna", lease_epoch=3, succession=named)
+
+
+def driven_by_anna(who: str, lease_epoch: int, named: Succession = NOBODY) -> ViewModel:
+    """The window of one of the two, while Anna drives."""
+    said, cockpit = driven(named), operator(operator=who, lease_epoch=lease_epoch)
+    return view_model(sights(said, operator=heard(cockpit), state=heard(state(guard="braking"))))
+
+
+def test_only_the_window_of_whoever_drives_says_you_drive() -> None:
+    """A second tower looks on: the same mode, and it would believe to drive."""
+    assert driven_by_anna("Anna", 3).banner.look.words == "YOU DRIVE" and driven_by_anna("Anna", 3).toast
+    for who, lease_epoch in (("Ben", 0), ("Ben", 8), ("Anna", 0)):
+        model = driven_by_anna(who, lease_epoch)
+        assert (model.banner.look.words, model.banner.look.driver) == ("ANNA DRIVES", Driver.OTHER_OPERATOR)
+        assert (model.banner.hint, model.toast) == ("You look on", "")
+
+
+def test_the_next_operator_is_led_to_the_take_over_and_the_driver_to_passing_the_car_on() -> None:
+    his, hers = driven_by_anna("Ben", 8, NAMED), driven_by_anna("Anna", 3, NAMED)
+    assert his.card is not None and hers.card is not None and driven_by_anna("Cleo", 0, NAMED).card is None
+    assert (his.card.title, hers.card.title) == ("TAKE OVER FROM ANNA", "BEN TAKES OVER")
+    assert hers.card.action == "Press Enter to pass the car on" and hers.card.remaining_text == "30.0 s left"
+    assert (his.card.remaining_share, his.operator.lease) == (0.5, "Next for the car, held by Anna")
+    assert his.briefing is not None and hers.briefing is None
+
+
+def test_what_is_missing_for_a_change_of_operators_stands_in_both_windows() -> None:
+    ready = {"dead_man": True, "armed": True, "wheel_phase": "ready", "operator": "Ben", "lease_epoch": 8}
+    for named, his, hers, note in (
+        (NAMED, "Not yet: Anna has not passed the car on yet", "Press Enter to pass the car on", ""),
+        (replace(AGREED, refused="align the wheel"), "Not yet: align", "Drive on until Ben", "Ben: align"),
+        (AGREED, "Press Enter to take over", "Drive on until Ben has it", ""),
+        (replace(NAMED, lease_epoch=0), "Not yet", "Drive on: Ben's cockpit has not answered yet", ""),
+    ):
+        said = driven(named)
+        card = view_model(sights(said, operator=heard(operator(**ready)))).card
+        other = driven_by_anna("Anna", 3, named).card
+        assert card is not None and card.action.startswith(his)
+        assert other is not None and other.action.startswith(hers) and other.note.startswith(note)
