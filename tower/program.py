@@ -221,10 +221,14 @@ def revoke(
     car: Car,
     reason: Reason,
     config: Config = DEFAULT,
-    to: Annotated[str, typer.Option(help="The operator who may have it next; anybody else waits half a minute.")] = "",
-    stop: Annotated[bool, typer.Option("--stop", help="Also when the operator drives: the car makes a safe stop.")] = False,
+    to: Annotated[
+        str, typer.Option(help="Who may have it next. While another drives: as soon as both are ready, within a minute.")
+    ] = "",
+    stop: Annotated[
+        bool, typer.Option("--stop", help="Also when the operator drives, and at once: the car makes a safe stop.")
+    ] = False,
 ) -> None:
-    """Take the lease from its holder, who gets none for ten minutes or until `admit`."""
+    """Take the lease from its holder, who gets none for ten minutes or until `admit`. From one who drives: with --to or --stop."""
     _order("revoke", config, car, to, reason, stop)
 
 

@@ -145,3 +145,28 @@ def test_a_keen_one_takes_a_car_that_drives_itself_and_keeps_it():
 def test_a_keen_one_takes_a_stopped_car_again_as_often_as_it_stops():
     stopped = replace(CALM, mode=Mode.STOPPED, keen=True)
     assert run(Behaviour(takes=TAKES_MAX), stopped, 1, 5).grips
+
+
+NAMED = replace(CALM, mode=Mode.REMOTE, another_drives=True, is_next=True)
+
+
+def test_named_as_the_next_operator_it_takes_over_from_the_one_who_drives() -> None:
+    state = run(run(Behaviour(), replace(NAMED, is_next=False), 0, 5), NAMED, 5, 8)
+    assert state.doing is Doing.TAKE and state.grips
+    state = run(state, replace(NAMED, phase=Phase.READY), 8, 9.9)
+    assert state.presses.accept == 2
+    assert run(state, replace(NAMED, phase=Phase.ACTIVE), 9.9, 10).doing is Doing.DRIVE
+
+
+def test_when_it_is_the_next_one_no_longer_it_lets_go_and_looks_on() -> None:
+    state = run(Behaviour(), NAMED, 5, 8)
+    assert not run(state, replace(NAMED, is_next=False), 8, 9).grips
+
+
+def test_it_passes_the_car_on_while_it_drives_and_asks_again_when_that_came_to_nothing() -> None:
+    driving = Behaviour(doing=Doing.DRIVE, since_ns=0, takes=1)
+    at_wheel = replace(CALM, mode=Mode.REMOTE, phase=Phase.ACTIVE, passes_on=True, hand_back_ready=True)
+    state = run(driving, at_wheel, 5, 7.9)
+    assert (state.presses.accept, state.presses.hand_back, state.grips) == (3, 0, True)
+    agreed = run(state, replace(at_wheel, passes_on=False, hand_back_ready=False), 8, 9)
+    assert agreed.grips and run(agreed, replace(at_wheel, phase=Phase.IDLE, another_drives=True), 9, 9.1).doing is Doing.WATCH

@@ -106,6 +106,23 @@ def test_a_remote_drive_has_a_number_a_begin_an_end_and_the_causes_of_both():
     assert story.told[-1].drive == 2
 
 
+def test_where_another_operator_takes_over_one_drive_ends_and_the_next_begins_and_what_lasts_is_told_in_both():
+    story = Story()
+    story.cycle(lease=HELD)
+    story.cycle(M.REMOTE, cause="ann took over")
+    story.cycle(out_rules=("speed cap",))
+    next_one = Lease(epoch=9, holder="bob", session="s2", fingerprint="bb")
+    entries = story.cycle(lease=next_one, cause="bob took over from ann", out_rules=("speed cap",))
+    drives = [(e.kind, e.drive, e.operator, e.epoch, e.text) for e in entries if e.kind in (K.DRIVE_END, K.DRIVE_BEGIN)]
+    assert drives == [
+        (K.DRIVE_END, 1, "ann", 7, "bob took over from ann"),
+        (K.DRIVE_BEGIN, 2, "bob", 9, "bob took over from ann"),
+    ]
+    assert all(entry.remote for entry in entries)
+    assert [e.kind for e in entries if e.subject == "speed cap"] == [K.INTERVENTION_END, K.INTERVENTION]
+    assert [e.drive for e in story.cycle(M.SAFE_STOP, cause="lost") if e.kind is K.DRIVE_END] == [2]
+
+
 def test_what_ends_a_drive_belongs_to_it_and_what_follows_does_not():
     story = Story()
     story.cycle(M.REMOTE, lease=HELD)

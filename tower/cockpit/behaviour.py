@@ -1,7 +1,8 @@
 """What the scripted operator does when: watches, reacts, takes the wheel, drives, hands back, lets go. Pure.
 
-Takes over at a request of the automation, or a car that stands stopped in the middle of its drive; a keen one takes it whenever
-it may and keeps it. Never presses STOP.
+Takes over at a request of the automation, or a car that stands stopped in the middle of its drive, or from another operator when a
+supervisor names this one; passes the car on when one names another. A keen one takes it whenever it may and keeps it. Never
+presses STOP.
 """
 
 from collections.abc import Callable
@@ -37,6 +38,9 @@ class Situation:
     phase: Phase
     reaction_ns: int  # how long it would take now to understand and reach for the wheel
     keen: bool = False  # wants to drive, asked or not
+    is_next: bool = False  # a supervisor lets this operator take over from the one who drives
+    passes_on: bool = False  # a supervisor lets another one, who is there, take over from this operator, who has not agreed yet
+    another_drives: bool = False
 
     @property
     def tempting(self) -> bool:
@@ -82,7 +86,7 @@ def _watch(state: Behaviour, seen: Situation, now_ns: int) -> Behaviour:
     if seen.mode is Mode.STANDBY and not (state.engaged or seen.keen) and _may_press(state, now_ns):
         return replace(state, presses=replace(state.presses, engage=state.presses.engage + 1), pressed_ns=now_ns)
     stranded = seen.mode is Mode.STOPPED and (state.engaged or state.requested)
-    asked = seen.mode is Mode.TAKEOVER_REQUESTED or stranded
+    asked = seen.mode is Mode.TAKEOVER_REQUESTED or stranded or seen.is_next
     if seen.tempting or (asked and state.takes < TAKES_MAX):
         return replace(_go(state, Doing.REACT, now_ns), react_until_ns=now_ns + seen.reaction_ns)
     return state
@@ -109,6 +113,8 @@ def _take(state: Behaviour, seen: Situation, now_ns: int) -> Behaviour:
 def _drive(state: Behaviour, seen: Situation, now_ns: int) -> Behaviour:
     if seen.phase is not Phase.ACTIVE:
         return _go(state, Doing.WATCH, now_ns)  # the wheel lets go: somebody else drives, or nobody
+    if seen.passes_on and _may_press(state, now_ns):
+        return replace(state, presses=replace(state.presses, accept=state.presses.accept + 1), pressed_ns=now_ns)
     wants_back = seen.hand_back_ready and seen.home and seen.mode is Mode.REMOTE and not seen.keen
     if wants_back and seen.picture_live and _may_press(state, now_ns):
         return replace(state, presses=replace(state.presses, hand_back=state.presses.hand_back + 1), pressed_ns=now_ns)
@@ -130,4 +136,5 @@ def _may_press(state: Behaviour, now_ns: int) -> bool:
 def _is_over(seen: Situation) -> bool:
     """The reason to take over is gone, or taking over is no longer the operator's business."""
     recovered = seen.mode is Mode.AUTONOMOUS and not (seen.request_open or seen.keen)
-    return recovered or seen.mode in (Mode.SAFE_STOP, Mode.EMERGENCY_STOP, Mode.LOCAL_DRIVER)
+    given_up = seen.another_drives and not seen.is_next
+    return recovered or given_up or seen.mode in (Mode.SAFE_STOP, Mode.EMERGENCY_STOP, Mode.LOCAL_DRIVER)

@@ -57,7 +57,8 @@ class Desk:
 
     def _start(self, wheel: VirtualWheel) -> Device:
         if self._key == SCRIPTED:
-            return ScriptedOperator(self._settings.scripted, self._settings.pedals, self._haptics.virtual_wheel, wheel)
+            known = self._settings
+            return ScriptedOperator(known.scripted, known.pedals, self._haptics.virtual_wheel, wheel, known.operator)
         return KeyboardDevice(self._settings.keyboard, self._haptics.virtual_wheel, wheel)
 
     @property

@@ -27,6 +27,7 @@ from tower.cockpit.speed_choice import SpeedSettings
 from tower.cockpit.way_around import WaySettings
 from wire.messages.automation import RoadMap
 from wire.messages.base import Count, Message, Seconds
+from wire.messages.vehicle import Mode, Succession
 from wire.road import Road
 
 DECIDE_NS = 40_000_000  # 25 Hz: faster than people, slow enough to leave the processor to others
@@ -51,13 +52,20 @@ class ScriptedOperator:
     name = "scripted"
 
     def __init__(
-        self, settings: ScriptedSettings, pedals: PedalSettings, wheel_settings: VirtualWheelSettings, wheel: VirtualWheel
+        self,
+        settings: ScriptedSettings,
+        pedals: PedalSettings,
+        wheel_settings: VirtualWheelSettings,
+        wheel: VirtualWheel,
+        operator: str,
     ) -> None:
+        """operator: under whose name he drives."""
         self.behaviour = Behaviour()
         self.mind = Mind()
         self._wheel = wheel
         self._settings = settings
         self._pedals = pedals
+        self._operator = operator
         self._wheel_settings = wheel_settings
         self._random = Random(settings.seed)
         self._reaction_ns = self._next_reaction_ns()
@@ -108,6 +116,7 @@ class ScriptedOperator:
 
     def _behave(self, perceived_ns: int | None, phase: Phase, now_ns: int) -> None:
         status = self._messages.status_at(perceived_ns) if perceived_ns is not None else None
+        named = status.succession if status is not None and status.mode is Mode.REMOTE else Succession()
         situation = Situation(
             mode=status.mode if status is not None else None,
             request_open=status is not None and status.request is not None,
@@ -118,6 +127,9 @@ class ScriptedOperator:
             phase=phase,
             reaction_ns=self._reaction_ns,
             keen=self._settings.keen,
+            is_next=bool(named.operator) and named.operator == self._operator,
+            passes_on=bool(named.lease_epoch) and named.operator != self._operator and not named.agreed,
+            another_drives=status is not None and status.mode is Mode.REMOTE and status.lease_holder != self._operator,
         )
         before, self.behaviour = self.behaviour, behaviour.step(self.behaviour, situation, now_ns)
         if self.behaviour.doing is Doing.REACT and before.doing is not Doing.REACT:

@@ -1,7 +1,8 @@
 """From gateway cycles to audit entries: what began, ended, was granted, refused, changed, and by which rule. Pure.
 
 Looks at what a cycle started from, took in, gave and left; adds nothing of its own. A remote drive lasts from the cycle in which
-the operator begins to drive to the one in which he no longer does; its number goes on over restarts (the shell reads it back from
+the operator begins to drive to the one in which he no longer does, and where another one takes over from him the next drive begins;
+its number goes on over restarts (the shell reads it back from
 the file). Content: StVFernLV Annex 3.
 """
 
@@ -72,11 +73,12 @@ def observe(trail: Trail, cycle: Entry, about: About) -> tuple[Trail, tuple[Audi
     """The trail after one cycle, and what of it is to be kept."""
     before = _look(trail, cycle)
     trail, change = _drives(before, cycle)
-    trail, lasting = _follow(trail, cycle, began=trail.remote and bool(change), ended=before.remote and bool(change))
+    trail, lasting = _follow(trail, cycle, began=trail.remote and bool(change), ended=bool(change) and not trail.remote)
     facts = (*_events(cycle), *lasting)
     during = replace(trail, remote=before.remote or trail.remote)  # what ends a drive belongs to it, and what begins one
+    ended = replace(trail, drive=before.drive)
     told = [entry_of(fact, during, cycle.now_ns, about) for fact in facts]
-    changed = [entry_of(fact, trail, cycle.now_ns, about) for fact in change]
+    changed = [entry_of(fact, trail if fact.kind is AuditKind.DRIVE_BEGIN else ended, cycle.now_ns, about) for fact in change]
     return trail, (*changed, *told) if trail.remote else (*told, *changed)
 
 
@@ -138,18 +140,16 @@ def _look(trail: Trail, cycle: Entry) -> Trail:
 
 def _drives(trail: Trail, cycle: Entry) -> tuple[Trail, tuple[Fact, ...]]:
     """Begin or end of a remote drive. Compared with what was kept last, so that a cycle never seen loses no end."""
-    remote = trail.mode in REMOTE
-    if remote == trail.remote:
+    remote, changes_hands = trail.mode in REMOTE, cycle.before.lease.owner != cycle.after.lease.owner
+    if remote == trail.remote and not (remote and changes_hands):
         return trail, ()
-    lease = cycle.after.lease if remote else cycle.before.lease
-    fact = Fact(
-        kind=AuditKind.DRIVE_BEGIN if remote else AuditKind.DRIVE_END,
-        text=cycle.after.cause,
-        operator=lease.holder,
-        certificate=certificate_of(lease),
-        epoch=lease.epoch,
-    )
-    return replace(trail, remote=remote, drive=trail.drive + remote), (fact,)
+    ends = [_drive(AuditKind.DRIVE_END, cycle.before.lease, cycle)] if trail.remote else []
+    begins = [_drive(AuditKind.DRIVE_BEGIN, cycle.after.lease, cycle)] if remote else []
+    return replace(trail, remote=remote, drive=trail.drive + remote), (*ends, *begins)
+
+
+def _drive(kind: AuditKind, lease: Lease, cycle: Entry) -> Fact:
+    return Fact(kind=kind, text=cycle.after.cause, operator=lease.holder, certificate=certificate_of(lease), epoch=lease.epoch)
 
 
 def _events(cycle: Entry) -> Iterator[Fact]:
