@@ -193,6 +193,22 @@ def test_a_next_cockpit_that_starts_anew_gets_a_new_epoch_and_has_to_be_agreed_t
     assert asks(world, 1, TAKE) == (Outcome.GRANTED, "")
 
 
+def test_the_next_one_renews_his_lease_and_another_cockpit_of_his_waits_until_the_first_is_silent():
+    world = named()
+    bob = world.towers[1]
+    asks(world, 0, PASS)
+    epoch = bob.epoch
+    world.tick(leases=[bob])
+    (_, _, answer) = world.answers[-1]
+    assert (answer.granted, answer.epoch, told(world).succession.agreed) == (True, epoch, True), "it is the same lease"
+    bob.session = "bob elsewhere"
+    world.tick(leases=[bob])
+    (_, _, answer) = world.answers[-1]
+    assert not answer.granted and answer.rule.startswith("the lease is held by bob") and answer.epoch == 0
+    assert told(world).succession.lease_epoch == epoch
+    assert asks(world, 1, TAKE) == (Outcome.GRANTED, "")
+
+
 def test_before_his_cockpit_has_asked_nobody_can_pass_the_car_on():
     world = driven_by_operator(watched(World()))
     assert asks(world, 0, PASS) == (Outcome.REFUSED, "no supervisor has named another operator")
