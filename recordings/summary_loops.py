@@ -1,6 +1,7 @@
 """How every loop kept its time and what every process cost, from the 1 Hz health reports. Pure.
 
-Counters are "since start": a smaller value than before means that the process was started again, and counting goes on.
+Counters are "since start": of another start of a program, also of one that runs beside it at another tower, they go on in sum. (In
+recordings from before a start had a name, a smaller value than before means that the process was started again.)
 """
 
 from collections.abc import Iterable, Sequence
@@ -72,8 +73,9 @@ def _one_loop_each(by_loop: dict[tuple[str, str], list[LoopHealth]]) -> dict[str
 
 
 def _loop(reports: Sequence[LoopHealth]) -> Loop:
-    cycles = counted([report.cycles for report in reports])
-    late = counted([report.late_cycles for report in reports])
+    starts = _starts(reports)
+    cycles = sum(counted([report.cycles for report in start]) for start in starts)
+    late = sum(counted([report.late_cycles for report in start]) for start in starts)
     return Loop(
         period_ms=reports[-1].period_ms,
         cycles=cycles,
@@ -86,7 +88,21 @@ def _loop(reports: Sequence[LoopHealth]) -> Loop:
 
 
 def _process(reports: Sequence[LoopHealth]) -> Process:
-    used = [report.process_cpu_s for report in reports]
-    cpu_s = sum(now - before if now >= before else now for before, now in pairwise(used))
+    first, *later = _starts(reports)
+    cpu_s = _used_s(first) + sum(start[0].process_cpu_s + _used_s(start) for start in later)
     span_s = (reports[-1].stamp_ns - reports[0].stamp_ns) / _SECOND_NS
     return Process(cpu_s=cpu_s, cores=cpu_s / span_s if span_s > 0 else None)
+
+
+def _used_s(reports: Sequence[LoopHealth]) -> float:
+    """CPU seconds between the first and the last report of one start."""
+    used = [report.process_cpu_s for report in reports]
+    return sum(now - before if now >= before else now for before, now in pairwise(used))
+
+
+def _starts(reports: Sequence[LoopHealth]) -> list[list[LoopHealth]]:
+    """The reports of each start of the program, in the order in which they first came."""
+    starts: dict[str, list[LoopHealth]] = {}
+    for report in reports:
+        starts.setdefault(report.instance, []).append(report)
+    return list(starts.values())

@@ -39,6 +39,16 @@ def test_cpu_is_that_between_the_reports_and_goes_on_over_a_restart(build: Any) 
     assert found.cores == found.processes["autonomy run"].cores == pytest.approx(0.35)
 
 
+def test_two_programs_of_one_name_at_two_towers_are_added_up_and_none_is_a_restart_of_the_other(build: Any) -> None:
+    """Taken for restarts, two cockpits were 12 cores on a machine that has two."""
+    told = (("a", 1, 30.0), ("b", 1.5, 1.0), ("a", 2, 30.5), ("b", 2.5, 1.5), ("a", 3, 31.0), ("b", 3.5, 2.0))
+    health = [replace(report(build, "tower cockpit", at, used), instance=name, cycles=round(100 * used)) for name, at, used in told]
+    found = load(health)
+    assert found is not None
+    assert found.processes["tower cockpit"].cpu_s == pytest.approx(1.0 + 2.0)
+    assert loops(health)["tower cockpit/cycle"].cycles == 3100 + 200
+
+
 def test_the_loops_of_a_process_are_not_added_up_and_processes_are(build: Any) -> None:
     health = [
         report(build, "vehicle-gateway video", at, 2.0 * at, loop=loop) for at in (1, 2, 3) for loop in ("camera front", "status")

@@ -17,4 +17,5 @@ class LoopHealth(Message):
     scheduling: Text  # "fifo 10", "other" and why
     dropped: dict[Name, Count]  # messages this process dropped, by reason
     process_cpu_s: Seconds = 0.0  # CPU the whole process has used since it started
+    instance: Name = ""  # random per start: two towers' cockpits have one name; "" where there can be only one
     machine_stolen_s: Seconds | None = None  # CPU taken away from the machine since it booted; told by the hubs alone
