@@ -99,10 +99,13 @@ def test_a_late_joiner_decodes_from_any_idr_on() -> None:
 
 def test_a_lower_rate_is_obeyed_at_once_and_a_higher_one_with_the_next_idr() -> None:
     encoder = Encoder(CAMERA, VideoSettings(bitrate_kbps=20000, idr_interval_s=2.0))
+    encoder.note_session("ann", watched=True)
+    for _ in range(4):
+        encoder.note_loss("ann", 0.0)  # at full rate from the first picture on
     sizes, idrs = [], []
     for number in range(180):
         if number in (30, 90):
-            encoder.note_estimate(camera_bitrate_bps(5000 if number == 30 else 40000, CAMERA))
+            encoder.note_estimate("ann", camera_bitrate_bps(5000 if number == 30 else 40000, CAMERA))
         unit = encoder.encode(picture(number), number * PERIOD_NS)
         sizes.append(len(unit.annex_b))
         if unit.is_idr:
@@ -112,6 +115,16 @@ def test_a_lower_rate_is_obeyed_at_once_and_a_higher_one_with_the_next_idr() -> 
     before, low, after = (sum(sizes[start : start + 30]) for start in (0, 31, 100))
     assert low < 0.4 * before  # a quarter, less the receiver's headroom
     assert after > 0.7 * before
+
+
+def test_a_report_that_comes_when_its_session_is_over_changes_nothing() -> None:
+    encoder = Encoder(CAMERA, VideoSettings(bitrate_kbps=20000))
+    encoder.note_session("ann", watched=True)
+    encoder.note_session("ann", watched=False)
+    encoder.note_loss("ann", 0.9)
+    encoder.note_estimate("ann", camera_bitrate_bps(2000, CAMERA))
+    sizes = [len(encoder.encode(picture(number), number * PERIOD_NS).annex_b) for number in range(60)]
+    assert sum(sizes[30:]) * 8 > 0.7 * camera_bitrate_bps(20000, CAMERA)
 
 
 def test_fewer_pictures_a_second_share_the_same_bit_rate() -> None:

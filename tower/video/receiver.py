@@ -7,6 +7,7 @@ judges a picture's age. Stamps: capture_ns is the vehicle's clock (from inside t
 
 import asyncio
 import logging
+import secrets
 import threading
 from collections import Counter
 from concurrent.futures import Future
@@ -77,6 +78,7 @@ class VideoReceiver:
         self.sessions = 0  # answered by the car, since start
         self._newest_ns: int | None = None  # when the newest picture of any camera was decoded
         self._link, self._clock, self._ways = link, clock, ways
+        self._watcher = secrets.token_hex(8)  # the car keeps one place for it, whatever becomes of its connections
         self._slots: dict[str, DecodedFrame] = {}
         self._shown: dict[str, DecodedFrame] = {}
         self._lock = threading.Lock()
@@ -134,7 +136,7 @@ class VideoReceiver:
     async def _open(self, cameras: tuple[str, ...]) -> tuple[RTCPeerConnection | None, Readers]:
         """Offer, ask, take the answer: (connection, a reader per camera), or (None, []) without an answer."""
         connection = await receiving_connection(len(cameras), self._ways)
-        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=cameras)
+        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=cameras, watcher=self._watcher)
         answer = await asyncio.get_running_loop().run_in_executor(None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
         refused = "the car did not answer" if answer is None else answer.rule or await take_answer(connection, answer.sdp)
         if refused:

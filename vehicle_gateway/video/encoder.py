@@ -5,6 +5,7 @@ and PPS stand in front of every IDR. (Tried with PyAV 18.1.0.)
 It never waits and never holds a picture back: one picture in, one access unit out.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -12,13 +13,15 @@ import av
 from av.video.frame import PictureType
 
 from vehicle_gateway.video.rate import (
+    Rate,
     RateLimits,
+    Rates,
     after_estimate,
     after_loss,
-    allowed_bps,
     applied_bps,
-    at_session_start,
-    full_rate,
+    joined,
+    left,
+    shared_bps,
 )
 from vehicle_gateway.video.settings import VideoSettings, camera_bitrate_bps
 from wire.messages.vehicle import CameraCalibration
@@ -42,13 +45,13 @@ def idr_is_due(now_ns: int, last_idr_ns: int | None, requested: bool, interval_n
 
 
 class Encoder:
-    """encode() from one thread; the receiver's feedback (request_idr, note_...) from any one other."""
+    """encode() from one thread; the receivers' feedback (request_idr, note_...) from any one other."""
 
     def __init__(self, calibration: CameraCalibration, settings: VideoSettings) -> None:
         ceiling_bps = camera_bitrate_bps(settings.bitrate_kbps, calibration)
         floor_bps = min(camera_bitrate_bps(settings.bitrate_floor_kbps, calibration), ceiling_bps)
         self._limits = RateLimits(floor_bps, ceiling_bps)
-        self._rate = full_rate(self._limits)
+        self._rates: Rates = {}  # never changed, only replaced: the other thread reads it
         self._full_size = self._size = calibration.width_px, calibration.height_px
         self._applied_bps = ceiling_bps
         self._applied_hz = self._wanted_hz = calibration.frame_rate_hz
@@ -67,17 +70,21 @@ class Encoder:
         """The next picture becomes an IDR (a new watcher, a lost packet)."""
         self._requested = True
 
-    def note_session(self, watched: bool) -> None:
-        """A new watcher came, or the last one left."""
-        self._rate = at_session_start(self._rate, self._limits) if watched else full_rate(self._limits)
+    def note_session(self, watcher: str, watched: bool) -> None:
+        """A watcher's session began, or it is over."""
+        self._rates = joined(self._rates, watcher, self._limits) if watched else left(self._rates, watcher)
 
-    def note_estimate(self, estimate_bps: float) -> None:
-        """The receiver's estimate of what the path carries for this camera."""
-        self._rate = after_estimate(self._rate, estimate_bps)
+    def note_estimate(self, watcher: str, estimate_bps: float) -> None:
+        """The receiver's estimate of what its path carries for this camera."""
+        self._note(watcher, lambda rate: after_estimate(rate, estimate_bps))
 
-    def note_loss(self, lost: float) -> None:
+    def note_loss(self, watcher: str, lost: float) -> None:
         """The share of packets lost since the receiver's last report, 0..1."""
-        self._rate = after_loss(self._rate, lost, self._limits)
+        self._note(watcher, lambda rate: after_loss(rate, lost, self._limits))
+
+    def _note(self, watcher: str, change: Callable[[Rate], Rate]) -> None:
+        if watcher in self._rates:  # a last report may come when the session is over
+            self._rates = {**self._rates, watcher: change(self._rates[watcher])}
 
     def encode(self, frame: av.VideoFrame, now_ns: int) -> AccessUnit:
         """One yuv420p frame, of any size: a new one begins with an IDR. now_ns must grow from call to call."""
@@ -94,7 +101,7 @@ class Encoder:
     def _follow(self, idr: bool, size: tuple[int, int]) -> bool:
         """Whether the encoder was opened anew for another bit rate, picture rate or size. (x264's rate buffer cannot be changed
         through PyAV, and with the old buffer a new rate swings for seconds.) The IDR that follows fits the new buffer."""
-        wanted_bps = applied_bps(self._applied_bps, allowed_bps(self._rate, self._limits), idr)
+        wanted_bps = applied_bps(self._applied_bps, shared_bps(self._rates, self._limits), idr)
         wanted = wanted_bps, self._wanted_hz, size
         if wanted == (self._applied_bps, self._applied_hz, self._size):
             return False

@@ -28,13 +28,13 @@ class Deaf:
     def request_idr(self) -> None:
         """The next one comes when the recording has it."""
 
-    def note_session(self, watched: bool) -> None:
-        log.info("video: %s", "somebody watches" if watched else "nobody watches any more")
+    def note_session(self, watcher: str, watched: bool) -> None:
+        log.info("video: a window %s", "watches" if watched else "watches no more")
 
-    def note_estimate(self, estimate_bps: float) -> None:
+    def note_estimate(self, watcher: str, estimate_bps: float) -> None:
         """Recorded pictures have the size they have."""
 
-    def note_loss(self, lost: float) -> None:
+    def note_loss(self, watcher: str, lost: float) -> None:
         """The same."""
 
 

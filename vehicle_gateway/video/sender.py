@@ -1,4 +1,4 @@
-"""All cameras of a car at work: their threads, the WebRTC session, the recorder's topic, status and health.
+"""All cameras of a car at work: their threads, the WebRTC sessions, the recorder's topic, status and health.
 
 Sources, link and clock are given: the program (vehicle_gateway.video.video), the tests and the benchmark all run this.
 """
@@ -90,7 +90,7 @@ class Wishes:
 
 
 class VideoSender:
-    """Running cameras. `sessions` serves the watcher."""
+    """Running cameras. `sessions` serves the watchers."""
 
     def __init__(
         self,
@@ -150,7 +150,7 @@ def video_sender(
     clock: Clock,
     ways: Ways = DIRECT,
 ) -> Iterator[VideoSender]:
-    """Start everything; leaving the context stops the threads and closes the session and the sources."""
+    """Start everything; leaving the context stops the threads and closes the sessions and the sources."""
     halt = threading.Event()
     with ExitStack() as stack:
         for source in sources.values():
@@ -179,6 +179,6 @@ def video_sender(
 
 
 def _deliver(link: SenderLink, sessions: VideoSessions, picture: EncodedPicture, ready_ns: int) -> None:
-    """To the watcher first, who waits for it; then to the recorder."""
+    """To the watchers first, who wait for it; then to the recorder."""
     sessions.show(picture, ready_ns)
     link.publish("video", pack_picture(picture))

@@ -1,13 +1,16 @@
-"""The video session: one watcher at a time. The window offers, we answer; a new offer replaces the old connection.
+"""The video sessions: a few watchers at a time. A window offers, we answer; its new offer replaces its own old connection.
 
 The offer and the answer travel over the authenticated link and carry the DTLS fingerprints, so whoever answers the
-handshake is who the link says. It decides nothing about pictures: it hands the coded ones to the tracks of the watcher.
+handshake is who the link says. It decides nothing about pictures: it hands the coded ones to the tracks of every watcher.
+Nobody is pushed out by somebody else; a place comes free when its watcher goes or falls silent.
 """
 
 import asyncio
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import dataclass, field
+from functools import partial
 
 from aiortc import RTCPeerConnection, RTCSessionDescription
 
@@ -19,40 +22,58 @@ from wire.rtc import UNREADABLE, gather_in_time, new_connection
 
 log = logging.getLogger(__name__)
 _ANSWER_TIMEOUT_S = 1.5  # gathering takes some 20 ms; the window waits 2 s
+WATCHERS_MAX = 2  # who drives and who is next; each more would take as much of the car's way out again, from the driver
+SILENT_S = 3.0  # a living receiver reports every 0.5 to 1.5 s for each camera, and asks anew after 1.5 s without a picture
 
 
 class OfferRefused(Exception):
     """The offer cannot be answered; the text is the rule for the asker."""
 
 
+@dataclass(slots=True, eq=False)
+class Watcher:
+    """One window's place: its connection, and when it was heard last (the loop's time)."""
+
+    name: str
+    connection: RTCPeerConnection
+    heard_s: float = 0.0
+    tracks: dict[str, PacketTrack] = field(default_factory=dict)
+
+
 class VideoSessions:
     """answer() and show() from any thread; everything else happens on `loop`."""
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, feedback: Mapping[str, Feedback], ways: Ways = DIRECT) -> None:
+    def __init__(
+        self,
+        loop: asyncio.AbstractEventLoop,
+        feedback: Mapping[str, Feedback],
+        ways: Ways = DIRECT,
+        silent_s: float = SILENT_S,
+    ) -> None:
         self._loop = loop
         self._feedback = feedback
         self._ways = ways
+        self._silent_s = silent_s
         self._one_at_a_time = asyncio.Lock()
-        self._connection: RTCPeerConnection | None = None
-        self._tracks: dict[str, PacketTrack] = {}
+        self._watchers: Mapping[str, Watcher] = {}  # never changed, only replaced: cameras' threads read it
         self._closing: set[asyncio.Task[None]] = set()
 
     @property
     def watching(self) -> int:
-        """Connected watchers: 0 or 1."""
-        connection = self._connection
-        return int(connection is not None and connection.connectionState == "connected")
+        """Connected watchers."""
+        return sum(watcher.connection.connectionState == "connected" for watcher in self._watchers.values())
 
     @property
     def dropped(self) -> int:
-        """Pictures that the present watcher did not get: before its first IDR, or because sending could not keep up."""
-        return sum(track.backlog.dropped for track in self._tracks.values())
+        """Pictures that the present watchers did not get: before their first IDR, or because sending could not keep up."""
+        return sum(track.backlog.dropped for watcher in self._watchers.values() for track in watcher.tracks.values())
 
     def show(self, picture: EncodedPicture, now_ns: int) -> None:
-        """Hand a coded picture to the watcher, if there is one."""
-        track = self._tracks.get(picture.camera)
-        if track is not None:
-            track.put(picture, now_ns)
+        """Hand a coded picture to every watcher of its camera."""
+        for watcher in self._watchers.values():
+            track = watcher.tracks.get(picture.camera)
+            if track is not None:
+                track.put(picture, now_ns)
 
     def answer(self, offer: VideoOffer) -> VideoAnswer:
         """The answer to an offer, or the rule that refuses it. Blocks for some 20 ms; not on the loop's own thread."""
@@ -72,48 +93,74 @@ class VideoSessions:
 
     async def _answer(self, offer: VideoOffer) -> str:
         async with self._one_at_a_time:
-            unknown = [camera for camera in offer.cameras if camera not in self._feedback]
-            if unknown or not offer.cameras:
-                raise OfferRefused(f"unknown cameras {unknown}; this car has {', '.join(self._feedback)}")
-            connection = new_connection(self._ways)
+            self._refuse(offer)
+            watcher = Watcher(offer.watcher, new_connection(self._ways))
             try:
-                tracks = await self._negotiate(connection, offer)
+                await self._negotiate(watcher, offer)
             except BaseException:
-                await connection.close()
+                await watcher.connection.close()
                 raise
-            self._replace(connection, tracks)
-            return str(connection.localDescription.sdp)
+            self._serve(watcher)
+            return str(watcher.connection.localDescription.sdp)
 
-    async def _negotiate(self, connection: RTCPeerConnection, offer: VideoOffer) -> dict[str, PacketTrack]:
+    def _refuse(self, offer: VideoOffer) -> None:
+        unknown = [camera for camera in offer.cameras if camera not in self._feedback]
+        if unknown or not offer.cameras:
+            raise OfferRefused(f"unknown cameras {unknown}; this car has {', '.join(self._feedback)}")
+        if offer.watcher not in self._watchers and len(self._watchers) >= WATCHERS_MAX:
+            raise OfferRefused(f"{WATCHERS_MAX} windows watch this car already; close one, and its place is free")
+
+    async def _negotiate(self, watcher: Watcher, offer: VideoOffer) -> None:
+        connection = watcher.connection
         await connection.setRemoteDescription(RTCSessionDescription(offer.sdp, "offer"))
         transceivers = connection.getTransceivers()
         if [transceiver.kind for transceiver in transceivers] != ["video"] * len(offer.cameras):
             raise OfferRefused(f"{len(transceivers)} media sections for {len(offer.cameras)} cameras")
-        tracks = {}
         for transceiver, camera in zip(transceivers, offer.cameras, strict=True):
-            tracks[camera] = PacketTrack(self._loop, self._feedback[camera].request_idr)
-            send_on(transceiver, tracks[camera], self._feedback[camera])
+            watcher.tracks[camera] = PacketTrack(self._loop, self._feedback[camera].request_idr)
+            send_on(transceiver, watcher.tracks[camera], self._feedback[camera], watcher.name, partial(self._heard, watcher))
         gather_in_time(connection, self._ways.relay_only)
         await connection.setLocalDescription(await connection.createAnswer())
-        return tracks
 
-    def _replace(self, connection: RTCPeerConnection, tracks: dict[str, PacketTrack]) -> None:
-        """The new watcher is served at once; the old connection closes in its own time."""
-        old, self._connection, self._tracks = self._connection, connection, tracks
-        for camera in tracks:
-            self._feedback[camera].note_session(watched=True)
-        connection.on("connectionstatechange", lambda: self._state_changed(connection))
+    def _heard(self, watcher: Watcher) -> None:
+        watcher.heard_s = self._loop.time()
+
+    def _serve(self, watcher: Watcher) -> None:
+        """The new connection is served at once; the watcher's old one closes in its own time."""
+        old = self._watchers.get(watcher.name)
+        self._watchers = {**self._watchers, watcher.name: watcher}
         if old is not None:
-            log.info("video: a new session replaces the old one")
-            self._close_later(old)
+            log.info("video: a new session of a watcher replaces its old one")
+            self._leave(watcher.name, old.tracks.keys() - watcher.tracks.keys())
+            self._close_later(old.connection)
+        for camera in watcher.tracks:
+            self._feedback[camera].note_session(watcher.name, watched=True)
+        watcher.connection.on("connectionstatechange", partial(self._state_changed, watcher))
+        self._heard(watcher)
+        self._look(watcher)
 
-    def _state_changed(self, connection: RTCPeerConnection) -> None:
-        if connection is self._connection and connection.connectionState in ("failed", "closed"):
-            log.info("video: the watcher is gone (%s)", connection.connectionState)
-            for camera in self._tracks:
-                self._feedback[camera].note_session(watched=False)
-            self._connection, self._tracks = None, {}
-            self._close_later(connection)
+    def _state_changed(self, watcher: Watcher) -> None:
+        if watcher.connection.connectionState in ("failed", "closed"):
+            self._end(watcher, watcher.connection.connectionState)
+
+    def _look(self, watcher: Watcher) -> None:
+        """Now, and again whenever it could have become too silent: aioice itself notices a killed window after 30 s only."""
+        left_s = watcher.heard_s + self._silent_s - self._loop.time()
+        if left_s <= 0:
+            self._end(watcher, f"not heard for {self._silent_s:g} s")
+        elif self._watchers.get(watcher.name) is watcher:
+            self._loop.call_later(left_s, self._look, watcher)
+
+    def _end(self, watcher: Watcher, why: str) -> None:
+        if self._watchers.get(watcher.name) is watcher:
+            log.info("video: a watcher is gone (%s)", why)
+            self._watchers = {name: other for name, other in self._watchers.items() if other is not watcher}
+            self._leave(watcher.name, watcher.tracks.keys())
+            self._close_later(watcher.connection)
+
+    def _leave(self, name: str, cameras: Iterable[str]) -> None:
+        for camera in cameras:
+            self._feedback[camera].note_session(name, watched=False)
 
     def _close_later(self, connection: RTCPeerConnection) -> None:
         task = self._loop.create_task(connection.close())
@@ -121,11 +168,9 @@ class VideoSessions:
         task.add_done_callback(self._closing.discard)
 
     def close(self) -> None:
-        """End the session. From any thread but the loop's."""
+        """End all sessions. From any thread but the loop's."""
         asyncio.run_coroutine_threadsafe(self._close(), self._loop).result(timeout=5.0)
 
     async def _close(self) -> None:
-        connection, self._connection, self._tracks = self._connection, None, {}
-        if connection is not None:
-            await connection.close()
-        await asyncio.gather(*self._closing)
+        watchers, self._watchers = self._watchers, {}
+        await asyncio.gather(*(watcher.connection.close() for watcher in watchers.values()), *self._closing)

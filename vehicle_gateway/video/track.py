@@ -80,19 +80,21 @@ class PacketTrack(MediaStreamTrack):  # aiortc accepts nothing but its own class
 
 
 class Feedback(Protocol):
-    """Who is told what the receiver of one camera reports. Called on the session's thread."""
+    """Who is told what the receivers of one camera report, each under its watcher's name. Called on the session's thread."""
 
     def request_idr(self) -> None: ...
 
-    def note_session(self, watched: bool) -> None: ...
+    def note_session(self, watcher: str, watched: bool) -> None: ...
 
-    def note_estimate(self, estimate_bps: float) -> None: ...
+    def note_estimate(self, watcher: str, estimate_bps: float) -> None: ...
 
-    def note_loss(self, lost: float) -> None: ...
+    def note_loss(self, watcher: str, lost: float) -> None: ...
 
 
-def send_on(transceiver: RTCRtpTransceiver, track: PacketTrack, feedback: Feedback) -> None:
-    """Send the track on that transceiver as H.264, and pass on what the receiver reports."""
+def send_on(
+    transceiver: RTCRtpTransceiver, track: PacketTrack, feedback: Feedback, watcher: str, note_heard: Callable[[], None]
+) -> None:
+    """Send the track on that transceiver as H.264, and pass on what the watcher's receiver reports, and that it does."""
     codecs = RTCRtpSender.getCapabilities("video").codecs
     transceiver.setCodecPreferences([codec for codec in codecs if codec.mimeType in ("video/H264", "video/rtx")])
     transceiver.sender.replaceTrack(track)
@@ -102,22 +104,23 @@ def send_on(transceiver: RTCRtpTransceiver, track: PacketTrack, feedback: Feedba
     handle = sender._handle_rtcp_packet
 
     async def handle_and_listen(packet: object) -> None:
-        _listen(packet, sender._ssrc, feedback)
+        note_heard()
+        _listen(packet, sender._ssrc, feedback, watcher)
         await handle(packet)
 
     sender._handle_rtcp_packet = handle_and_listen
 
 
-def _listen(packet: object, ssrc: int, feedback: Feedback) -> None:
+def _listen(packet: object, ssrc: int, feedback: Feedback, watcher: str) -> None:
     """Receiver reports give the loss (RFC 3550 6.4.2, in 1/256), REMB the estimate of what the path carries."""
     if isinstance(packet, RtcpRrPacket | RtcpSrPacket):
         for report in packet.reports:
             if report.ssrc == ssrc:
-                feedback.note_loss(report.fraction_lost / 256)
+                feedback.note_loss(watcher, report.fraction_lost / 256)
     elif isinstance(packet, RtcpPsfbPacket) and packet.fmt == RTCP_PSFB_APP:
         try:
             estimate_bps, ssrcs = unpack_remb_fci(packet.fci)
         except ValueError:
             return  # another application's message
         if ssrc in ssrcs:
-            feedback.note_estimate(estimate_bps)
+            feedback.note_estimate(watcher, estimate_bps)
