@@ -150,7 +150,7 @@ TOPICS: dict[str, Topic] = {
             vehicle.GatewayStatus,
             20,
             R.VEHICLE_HUB,
-            COCKPITS | STATE_SEERS | {R.AUTONOMY, R.CAR_OBSERVER},
+            COCKPITS | STATE_SEERS | {R.AUTONOMY, R.VIDEO, R.CAR_OBSERVER},
             T.STATE,
         ),
         _topic("vehicle_description", vehicle.VehicleDescription, 1, R.VEHICLE_HUB, COCKPITS | SCREENS, T.BULK),

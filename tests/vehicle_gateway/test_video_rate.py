@@ -13,6 +13,7 @@ from vehicle_gateway.video.rate import (
     at_session_start,
     full_rate,
     joined,
+    led_by,
     left,
     shared_bps,
 )
@@ -114,6 +115,14 @@ def test_a_newcomer_and_the_driver_begin_with_what_the_driver_had_alone() -> Non
         for _ in range(4):
             both = reported(both, "next", [(False, 0.0)])
         assert shared_bps(both, LIMITS) == path_bps
+
+
+def test_who_drives_from_now_on_leads_whoever_came_first_and_a_stranger_changes_nothing() -> None:
+    rates = reported(at_full_rate("old driver", "next"), "next", [(True, 0.1)])
+    changed = led_by(rates, "next")
+    assert (shared_bps(rates, LIMITS), shared_bps(changed, LIMITS)) == (HALF_BPS, 900_000)
+    assert shared_bps(led_by(changed, "old driver"), LIMITS) == HALF_BPS
+    assert led_by(rates, "stranger") == rates
 
 
 def test_two_who_come_together_start_as_one_alone() -> None:

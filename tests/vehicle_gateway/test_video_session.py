@@ -30,6 +30,7 @@ class Told:
     def __init__(self) -> None:
         self.watching: set[str] = set()
         self.reports: list[str] = []
+        self.leaders: list[str] = []
         self._news = threading.Condition()
 
     def request_idr(self) -> None:
@@ -38,6 +39,11 @@ class Told:
     def note_session(self, watcher: str, watched: bool) -> None:
         with self._news:
             self.watching = self.watching | {watcher} if watched else self.watching - {watcher}
+            self._news.notify_all()
+
+    def note_leader(self, watcher: str) -> None:
+        with self._news:
+            self.leaders.append(watcher)
             self._news.notify_all()
 
     def note_estimate(self, watcher: str, estimate_bps: float) -> None:
@@ -73,7 +79,7 @@ class Window:
                 self.closed.set()
 
         connection.on("connectionstatechange", change)
-        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=CAMERAS, watcher=name)
+        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=CAMERAS, watcher=name, operator=name)
         answer = await asyncio.to_thread(sessions.answer, offer)
         assert not answer.rule and not await take_answer(connection, answer.sdp)
         while connection.connectionState != "connected":
@@ -176,3 +182,19 @@ def test_a_camera_that_a_window_no_longer_asks_for_is_told_so():
         assert front.watching == left.watching == {"ann"}
         rule(sessions, "ann")  # asks for the front camera alone
         assert (front.watching, left.watching) == ({"ann"}, set())
+
+
+def test_the_window_of_whoever_holds_the_lease_leads_from_then_on_and_when_it_connects_anew():
+    with filming() as (sessions, front, left), Window(sessions, "ann"):
+        sessions.follow("ann")
+        front.wait_until(lambda: front.leaders == ["ann"])
+        with Window(sessions, "ben"):
+            sessions.follow("ben")
+            front.wait_until(lambda: front.leaders[-1] == "ben")
+            rule(sessions, "ben")
+        front.wait_until(lambda: "ben" not in front.watching)
+        told = len(front.leaders)
+        sessions.follow("")
+        sessions.follow("ann")
+        front.wait_until(lambda: front.leaders[told:] == ["ann"])
+        assert set(left.leaders) == {"ann", "ben"}

@@ -70,7 +70,8 @@ class DecodedFrame:
 class VideoReceiver:
     """`with VideoReceiver(link, clock, cameras) as video: video.newest("front")` - from the window's thread."""
 
-    def __init__(self, link: AskingLink, clock: Clock, cameras: tuple[str, ...], ways: Ways = DIRECT) -> None:
+    def __init__(self, link: AskingLink, clock: Clock, cameras: tuple[str, ...], ways: Ways = DIRECT, operator: str = "") -> None:
+        """operator: who sits before the window."""
         self.cameras = cameras
         self.decoded: Counter[str] = Counter()  # pictures, by camera, since start
         self.replaced: Counter[str] = Counter()  # of them, replaced by a newer one before newest() fetched them
@@ -78,6 +79,7 @@ class VideoReceiver:
         self.sessions = 0  # answered by the car, since start
         self._newest_ns: int | None = None  # when the newest picture of any camera was decoded
         self._link, self._clock, self._ways = link, clock, ways
+        self._operator = operator
         self._watcher = secrets.token_hex(8)  # the car keeps one place for it, whatever becomes of its connections
         self._slots: dict[str, DecodedFrame] = {}
         self._shown: dict[str, DecodedFrame] = {}
@@ -136,7 +138,7 @@ class VideoReceiver:
     async def _open(self, cameras: tuple[str, ...]) -> tuple[RTCPeerConnection | None, Readers]:
         """Offer, ask, take the answer: (connection, a reader per camera), or (None, []) without an answer."""
         connection = await receiving_connection(len(cameras), self._ways)
-        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=cameras, watcher=self._watcher)
+        offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=cameras, watcher=self._watcher, operator=self._operator)
         answer = await asyncio.get_running_loop().run_in_executor(None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
         refused = "the car did not answer" if answer is None else answer.rule or await take_answer(connection, answer.sdp)
         if refused:

@@ -44,7 +44,7 @@ def run(config: Path, stop: threading.Event) -> int:
         threads_with(pictures),
         open_link(wire.link, Role.WINDOW, clock, stop) as link,
         Screen(settings, store.load(store.folder())) as screen,
-        VideoReceiver(link, clock, (), servers) as video,
+        VideoReceiver(link, clock, (), servers, sections["tower"].cockpit.operator) as video,
         SnapshotWriter(_snapshot_path(wire, settings)) as writer,
         Pace(_LOOK_S, clock, stop, fifo_priority=pictures) as pace,
     ):

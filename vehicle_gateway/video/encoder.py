@@ -20,6 +20,7 @@ from vehicle_gateway.video.rate import (
     after_loss,
     applied_bps,
     joined,
+    led_by,
     left,
     shared_bps,
 )
@@ -73,6 +74,10 @@ class Encoder:
     def note_session(self, watcher: str, watched: bool) -> None:
         """A watcher's session began, or it is over."""
         self._rates = joined(self._rates, watcher, self._limits) if watched else left(self._rates, watcher)
+
+    def note_leader(self, watcher: str) -> None:
+        """This watcher's operator drives."""
+        self._rates = led_by(self._rates, watcher)
 
     def note_estimate(self, watcher: str, estimate_bps: float) -> None:
         """The receiver's estimate of what its path carries for this camera."""

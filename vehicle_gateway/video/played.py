@@ -31,6 +31,9 @@ class Deaf:
     def note_session(self, watcher: str, watched: bool) -> None:
         log.info("video: a window %s", "watches" if watched else "watches no more")
 
+    def note_leader(self, watcher: str) -> None:
+        """It drives nothing."""
+
     def note_estimate(self, watcher: str, estimate_bps: float) -> None:
         """Recorded pictures have the size they have."""
 

@@ -5,7 +5,8 @@ Google Congestion Control (S. Holmer et al., draft-ietf-rmcat-gcc-02, section 6)
 below 2 % it rises by 5 %, in between it stays. A link that is too narrow and not adapted to costs seconds of delay, so a
 session starts at half the rate and rises by a quarter per report until the first loss.
 
-Several watchers get the same pictures. Who has watched longest leads: never more is sent than his path carries. The others count
+Several watchers get the same pictures. Who drives leads: never more is sent than his path carries. (While the window of none of
+them is his who drives, whoever has watched longest leads.) The others count
 down to half of the ceiling, which is what every session starts with: enough to follow a next driver whose path is somewhat
 narrower, and all that one who only looks on, over a bad link, can take from the driver.
 """
@@ -56,6 +57,11 @@ def joined(rates: Rates, watcher: str, limits: RateLimits) -> Rates:
         return {**rates, watcher: at_session_start(rates.get(watcher, full_rate(limits)), limits)}
     known = replace(rates[leader], by_loss_bps=limits.ceiling_bps) if rates[leader].starting else rates[leader]
     return {**rates, watcher: Rate(limits.ceiling_bps, _START_SHARE * allowed_bps(known, limits), starting=True)}
+
+
+def led_by(rates: Rates, watcher: str) -> Rates:
+    """He drives from now on: his path is the one that counts in full."""
+    return {watcher: rates[watcher], **left(rates, watcher)} if watcher in rates else rates
 
 
 def left(rates: Rates, watcher: str) -> Rates:

@@ -33,7 +33,7 @@ from wire.ice import DIRECT, Ways
 from wire.loop_thread import loop_in_thread
 from wire.messages.base import Message
 from wire.messages.health import LoopHealth
-from wire.messages.vehicle import CameraCalibration, VehicleState
+from wire.messages.vehicle import CameraCalibration, GatewayStatus, VehicleState
 from wire.pace import Pace
 from wire.picture import EncodedPicture, pack_picture
 from wire.rear_view import REAR, is_rear_asked_for, is_rear_wanted
@@ -60,17 +60,25 @@ class SenderLink(Protocol):
 class Wishes:
     """What the car says that matters to its cameras. Called on the link's threads."""
 
-    def __init__(self, link: SenderLink) -> None:
+    def __init__(self, link: SenderLink, note_driver: Callable[[str], None]) -> None:
+        """note_driver: told when another operator holds the lease."""
+        self._note_driver, self._driver = note_driver, ""
         self._rear_ns: int | None = None
         self._speed: tuple[float, int] | None = None  # m/s, and when the car measured it
         self._control = ControlLoops()
         link.on("vehicle_state", self._hear_state)
         link.on("car_health", self._hear_health)
+        link.on("gateway_status", self._hear_status)
 
     def _hear_state(self, state: VehicleState, received_ns: int) -> None:
         self._speed = state.speed_m_s, received_ns - round(state.feedback_age_ms * 1e6)
         if is_rear_asked_for(state):
             self._rear_ns = received_ns
+
+    def _hear_status(self, status: GatewayStatus, received_ns: int) -> None:
+        if status.lease_holder != self._driver:
+            self._driver = status.lease_holder
+            self._note_driver(self._driver)
 
     def _hear_health(self, health: LoopHealth, received_ns: int) -> None:
         self._control = hear(self._control, health)
@@ -160,7 +168,7 @@ def video_sender(
         sessions = VideoSessions(loop, encoders, ways)
         stack.callback(sessions.close)
         link.serve("video_session", sessions.answer)
-        wishes = Wishes(link)
+        wishes = Wishes(link, sessions.follow)
         cameras = [
             CameraLoop(
                 calibration,

@@ -9,6 +9,7 @@ import asyncio
 import logging
 from collections.abc import Iterable, Mapping
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -36,6 +37,7 @@ class Watcher:
 
     name: str
     connection: RTCPeerConnection
+    operator: str = ""  # who sits before it
     heard_s: float = 0.0
     tracks: dict[str, PacketTrack] = field(default_factory=dict)
 
@@ -56,6 +58,7 @@ class VideoSessions:
         self._silent_s = silent_s
         self._one_at_a_time = asyncio.Lock()
         self._watchers: Mapping[str, Watcher] = {}  # never changed, only replaced: cameras' threads read it
+        self._driver = ""  # who holds the lease
         self._closing: set[asyncio.Task[None]] = set()
 
     @property
@@ -74,6 +77,11 @@ class VideoSessions:
             track = watcher.tracks.get(picture.camera)
             if track is not None:
                 track.put(picture, now_ns)
+
+    def follow(self, operator: str) -> None:
+        """Who holds the lease of the car now: his window's path decides what the pictures may use."""
+        with suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(self._follow, operator)
 
     def answer(self, offer: VideoOffer) -> VideoAnswer:
         """The answer to an offer, or the rule that refuses it. Blocks for some 20 ms; not on the loop's own thread."""
@@ -94,7 +102,7 @@ class VideoSessions:
     async def _answer(self, offer: VideoOffer) -> str:
         async with self._one_at_a_time:
             self._refuse(offer)
-            watcher = Watcher(offer.watcher, new_connection(self._ways))
+            watcher = Watcher(offer.watcher, new_connection(self._ways), offer.operator)
             try:
                 await self._negotiate(watcher, offer)
             except BaseException:
@@ -136,8 +144,20 @@ class VideoSessions:
         for camera in watcher.tracks:
             self._feedback[camera].note_session(watcher.name, watched=True)
         watcher.connection.on("connectionstatechange", partial(self._state_changed, watcher))
+        self._lead()
         self._heard(watcher)
         self._look(watcher)
+
+    def _follow(self, operator: str) -> None:
+        self._driver = operator
+        self._lead()
+
+    def _lead(self) -> None:
+        """The window of whoever drives leads; while there is none, whoever has watched longest."""
+        driver = next((one for one in self._watchers.values() if one.operator and one.operator == self._driver), None)
+        if driver is not None:
+            for camera in driver.tracks:
+                self._feedback[camera].note_leader(driver.name)
 
     def _state_changed(self, watcher: Watcher) -> None:
         if watcher.connection.connectionState in ("failed", "closed"):

@@ -99,6 +99,7 @@ class VideoOffer(Message):
 
     sdp: Annotated[str, Meta(max_length=65536)]
     cameras: Annotated[tuple[Name, ...], Meta(max_length=CAMERAS_MAX)]
+    operator: Name = ""  # who sits before it: whoever drives gets the pictures that his own path carries
     watcher: Name = ""  # random per start of the window: its next offer replaces its own connection, and nobody else's
 
 
