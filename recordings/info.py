@@ -61,7 +61,7 @@ def _latencies(summary: Summary) -> Table:
     table = _table("Latency", "", "p50", "p95", "p99", "")
     if summary.loop_age_ms is not None:
         age = summary.loop_age_ms
-        table.add_row("picture to command used", *(_number(value, "ms") for value in (age.p50, age.p95, age.p99)), "")
+        table.add_row("loop age", *(_number(value, "ms") for value in (age.p50, age.p95, age.p99)), "")
     if summary.motion_to_motion_ms is not None:
         whole = summary.motion_to_motion_ms
         spread = (_number(value, "ms") for value in (whole.p50, whole.p95, whole.p99))

@@ -54,9 +54,10 @@ class Motion(Message):
 
 
 def loop_age(cycles: Sequence[CycleRow]) -> Percentiles | None:
-    """The perceive-act loop on the vehicle clock alone: from the picture's capture to the cycle that used the command.
+    """The perceive-act loop on the vehicle clock alone, as the car judged it: from the picture's capture to the command's arrival.
 
-    One value per new command while the operator drove. A command that names no picture has no such age.
+    With camera and screen as they are configured, and the car's own answer where its owner wants it. One value per new command
+    while the operator drove. A command that names no picture has no such age.
     """
     return _percentiles(
         [cycle.loop_age_ms for cycle in cycles if cycle.new_command and cycle.mode in _OPERATOR_DRIVES and cycle.loop_age_ms > 0]

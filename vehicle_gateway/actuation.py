@@ -4,7 +4,8 @@ For every lag of a grid, running mean and mean square of the feedback less the c
 variance is the delay: where the cross-correlation has its peak, whatever the offset (a slope, a wheel out of centre). Of a
 first-order actuator with a dead time it finds about their sum. Samples count only while the command has moved within the
 lags: straight on, nothing is learned and what was known stays. Source of the method: Knapp and Carter, The generalized
-correlation method for estimation of time delay (1976), without weighting. Never decides how fast the car may drive.
+correlation method for estimation of time delay (1976), without weighting. How fast the car may drive it decides only where the
+owner wants it (`in_loop_age`).
 """
 
 from typing import Annotated, NamedTuple
@@ -30,8 +31,9 @@ Delay = Annotated[float, Meta(ge=0.0, le=2000.0)]
 
 
 class ActuationLimits(Message):
-    """What is believed until it has been measured, and what counts as moving."""
+    """What is believed until it has been measured, what counts as moving, and whether speed cap and failsafe judge it."""
 
+    in_loop_age: bool = False  # the loop age includes the slower one at the upper end of its bound (`loop_age.py`)
     steering_ms: Delay = 150.0  # ours: a drive-by-wire rack, bus and ECU included
     steering_bound_ms: Delay = 150.0
     acceleration_ms: Delay = 300.0  # ours: electro-hydraulic brakes 150 to 300 ms, engines more

@@ -1,8 +1,8 @@
 """How old is what the operator acts on, and how fast may he therefore drive. All on the vehicle's own clock.
 
 Loop age: the capture stamp of the picture on the operator's screen comes back in his command; now minus that stamp, with the
-delays of camera and screen, is the whole perceive-act loop (`loop_age.py`). Above 200 ms the speed cap is v_max * 0.2 s / t
-(StVFernLV: glass to glass and control 200 ms in sum).
+delays of camera and screen (and of the car, if its owner wants it), is the whole perceive-act loop (`loop_age.py`). Above 200 ms
+the speed cap is v_max * 0.2 s / t (StVFernLV: glass to glass and control 200 ms in sum).
 """
 
 from bisect import bisect_right

@@ -107,7 +107,7 @@ def of_command(state: State, command: DriveCommand, at_ns: int, shown_ns: Mappin
 def measure(state: State, now_ns: int, dt_s: float, vehicle: VehicleDescription, limits: GatewayLimits) -> State:
     """Everything that follows from the newest messages and the time alone."""
     new_command = state.command is not None and state.command_ns > state.now_ns
-    age_ms = loop_age_ms(state, vehicle) if new_command else state.loop_age_ms
+    age_ms = loop_age_ms(state, vehicle, limits) if new_command else state.loop_age_ms
     loop_ages = state.loop_ages.add(now_ns, age_ms) if new_command else state.loop_ages
     p95_ms = loop_ages.p95_ms()
     slow = p95_ms > limits.failsafe.loop_age_max_ms

@@ -6,7 +6,7 @@ from vehicle_gateway.answers import certificate_left_s, hand_back_note, refuse_s
 from vehicle_gateway.authority import Source, driving_source
 from vehicle_gateway.free_way import CORRIDOR
 from vehicle_gateway.hand_over import refuse_take
-from vehicle_gateway.loop_age import motion_to_motion
+from vehicle_gateway.loop_age import judged_actuation_ms, motion_to_motion
 from vehicle_gateway.measure import ages_of
 from vehicle_gateway.safe_stop import stopping_distance_m
 from vehicle_gateway.state import GatewayLimits, Outputs, State, open_request
@@ -104,6 +104,7 @@ def vehicle_state_of(
         rules=outputs.rules,
         speed_cap_m_s=outputs.cap_m_s,
         loop_age_ms=state.loop_age_ms,
+        loop_age_actuation_ms=judged_actuation_ms(state, limits.actuation),
         command_age_ms=ages.command_ms,
         feedback_age_ms=ages.feedback_ms,
         guard=outputs.guard,

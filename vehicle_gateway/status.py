@@ -56,7 +56,7 @@ class Status(Message):
     speed_cap_m_s: Speed | None
     can_feedback_age_ms: Milliseconds | None
     command_age_ms: Milliseconds | None  # since the last valid command of the operator
-    loop_age_ms: Milliseconds | None  # from picture to command
+    loop_age_ms: Milliseconds | None  # as it is judged
     tower_heard: bool  # some program of the tower tells its health: the link stands
     recording: bool
     cameras: dict[Name, CameraSeen]
@@ -175,7 +175,7 @@ def _speed(status: Status) -> str:
 def _link(status: Status) -> str:
     if not status.tower_heard:
         return "no tower"
-    return f"a tower; its last command {_ms(status.command_age_ms)} old, picture to command {_ms(status.loop_age_ms)}"
+    return f"a tower; its last command {_ms(status.command_age_ms)} old, loop age {_ms(status.loop_age_ms)}"
 
 
 def _picture(camera: CameraSeen) -> str:

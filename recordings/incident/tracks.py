@@ -120,7 +120,7 @@ def _ages(evidence: Evidence) -> Curves:
         "ages",
         "ms",
         (
-            Curve("loop: picture to command used", known(lambda index: states[index][1].loop_age_ms), "asked"),
+            Curve("loop age", known(lambda index: states[index][1].loop_age_ms), "asked"),
             Curve("picture on screen", picture_ages(evidence), "picture"),
             Curve("last command", known(lambda index: states[index][1].command_age_ms), "applied"),
         ),

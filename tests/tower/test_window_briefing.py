@@ -65,6 +65,7 @@ def test_the_loop_to_expect_counts_camera_and_screen_as_the_car_will() -> None:
     )
     assert loop_to_expect_ms(80_000_000, 40.0, None, (0.0, 0.0)) == pytest.approx(80 + 20)
     assert loop_to_expect_ms(80_000_000, 40.0, front, (33.0, 25.0)) == pytest.approx(80 + 20 + 30 + 10 + 33 + 25)
+    assert loop_to_expect_ms(80_000_000, 40.0, None, (0.0, 0.0), 150.0) == pytest.approx(80 + 20 + 150)
 
 
 def test_a_link_that_was_not_known_promises_nothing() -> None:

@@ -205,6 +205,16 @@ def test_the_checklist_is_measured_on_what_comes_back_and_told_with_every_pictur
     }
 
 
+def test_where_the_car_judges_its_own_answer_the_latency_of_the_checklist_counts_it() -> None:
+    stage = Stage(checklist=True)
+    judged = msgspec.structs.replace(state_of(stage, Gear.DRIVE), loop_age_actuation_ms=150.0)
+    stage.link.level("vehicle_state").put(judged, stage.now_ns)
+    for _ in range(7):
+        stage.link.level("operator_status").put(operator(), stage.now_ns)
+        stage.run(1000, mode=Mode.STANDBY)
+    assert stage.statuses[-1].checks["latency"] == "failed"  # 70 ms, half of 20, and 150: more than 200
+
+
 def test_without_a_checklist_nothing_is_told_of_one() -> None:
     stage = Stage()
     stage.link.level("operator_status").put(operator(), stage.now_ns)

@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from vehicle_gateway import gateway
+from vehicle_gateway.actuation import ActuationLimits
 from vehicle_gateway.can.dbc import read_layouts
 from vehicle_gateway.check.facts import Facts, Surroundings, Verdict
 from vehicle_gateway.check.program import INCONSISTENT, facts_of, read_every_section, run, table_of
@@ -97,6 +98,7 @@ WRONG = [
     ("ECU brakes", "gateway.simulation.ecu.emergency_m_s2", 8.0, Verdict.ERROR),
     ("loop age in order", f"{LIMITS}.cap.loop_age_slow_ms", 501.0, Verdict.ERROR),
     ("loop age in order", f"{LIMITS}.cap.loop_age_free_ms", 400.0, Verdict.ERROR),
+    ("room for the car in the loop age", f"{LIMITS}.actuation.in_loop_age", True, Verdict.ERROR),
     ("cameras", "around.source_problem", "this car has no such camera", Verdict.ERROR),
     ("cameras", "vehicle.cameras.1.name", "front", Verdict.ERROR),
     ("required cameras", "vehicle.cameras.0.required", False, Verdict.ERROR),
@@ -152,6 +154,32 @@ def test_a_check_fails_when_what_it_guards_is_broken_and_says_what_to_do(car, na
     found = next(found for found in findings if found.name == name)
     assert (found.verdict, found.fix != "") == (verdict, True)
     assert is_consistent(findings) is (Verdict.ERROR not in broken(findings).values())
+
+
+@pytest.mark.parametrize(
+    ("steering_ms", "acceleration_ms", "verdict"),
+    [
+        (100.0, 9.0, Verdict.OK),
+        (101.0, 9.0, Verdict.WARNING),
+        (9.0, 101.0, Verdict.WARNING),
+        (300.0, 9.0, Verdict.WARNING),
+        (301.0, 9.0, Verdict.ERROR),
+    ],
+)
+def test_a_car_that_is_judged_by_its_own_answer_needs_room_for_it_beside_camera_screen_and_link(
+    car, steering_ms, acceleration_ms, verdict
+):
+    """Camera 53 and screen 58 ms, as the example has them, 100 for the link: full speed to 311, a safe stop above 511 ms."""
+    judged = ActuationLimits(
+        in_loop_age=True,
+        steering_ms=steering_ms - 4.0,
+        steering_bound_ms=4.0,
+        acceleration_ms=acceleration_ms - 4.0,
+        acceleration_bound_ms=4.0,
+    )
+    there = changed(changed(car, f"{LIMITS}.cap.loop_age_free_ms", 311.0), f"{LIMITS}.failsafe.loop_age_max_ms", 511.0)
+    found = next(one for one in check(changed(there, f"{LIMITS}.actuation", judged)) if one.name.startswith("room"))
+    assert (found.verdict, "nobody could drive it" in found.fix) == (verdict, verdict is Verdict.ERROR)
 
 
 def test_every_check_is_broken_by_some_row_above(car):

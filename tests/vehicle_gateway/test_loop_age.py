@@ -18,6 +18,7 @@ from wire.messages.vehicle import VehicleState
 FRONT = CAR.cameras[0]
 LENS = replace(FRONT, exposure_delay_ms=30.0, exposure_bound_ms=10.0)
 SIDE = replace(FRONT, name="side", exposure_delay_ms=70.0, exposure_bound_ms=20.0)
+JUDGING = replace(LIMITS, actuation=replace(LIMITS.actuation, in_loop_age=True))
 SLOW = ActuationDelay(steering=Lag(delay_ms=120.0, bound_ms=40.0), acceleration=Lag(delay_ms=100.0, bound_ms=90.0))
 
 
@@ -36,14 +37,14 @@ def seen(ages_ms, scan_out=(0.0, 0.0), actuation=SLOW):
 
 def test_the_loop_age_counts_camera_and_screen_at_the_upper_end_of_their_bounds():
     state = seen({"front": 80.0}, (25.0, 5.0))
-    assert loop_age_ms(state, car(FRONT)) == pytest.approx(80 + 25 + 5)
-    assert loop_age_ms(state, car(LENS)) == pytest.approx(80 + 30 + 10 + 25 + 5)
+    assert loop_age_ms(state, car(FRONT), LIMITS) == pytest.approx(80 + 25 + 5)
+    assert loop_age_ms(state, car(LENS), LIMITS) == pytest.approx(80 + 30 + 10 + 25 + 5)
 
 
 def test_the_worst_camera_is_the_oldest_with_its_own_delay_and_one_that_nobody_requires_counts_nothing():
     state = seen({"front": 80.0, "side": 60.0, "rear": 900.0})
-    assert loop_age_ms(state, car(LENS, SIDE, REAR)) == pytest.approx(60 + 70 + 20)  # not 80 + 30 + 10
-    assert loop_age_ms(state, car(replace(LENS, required=False), REAR)) == 0.0
+    assert loop_age_ms(state, car(LENS, SIDE, REAR), LIMITS) == pytest.approx(60 + 70 + 20)  # not 80 + 30 + 10
+    assert loop_age_ms(state, car(replace(LENS, required=False), REAR), LIMITS) == 0.0
 
 
 def test_motion_to_motion_is_the_middle_of_every_part_and_the_slower_actuator():
@@ -54,6 +55,15 @@ def test_motion_to_motion_is_the_middle_of_every_part_and_the_slower_actuator():
     assert said.steering_measured and said.acceleration_measured
 
 
+def test_where_the_owner_wants_it_the_loop_age_counts_the_car_by_the_later_end_of_both_bounds():
+    state, vehicle = seen({"front": 80.0}, (25.0, 5.0)), car(LENS)
+    assert loop_age_ms(state, vehicle, JUDGING) == pytest.approx(80 + 30 + 10 + 25 + 5 + (100 + 90))  # not the steering's 120 + 40
+    unknown = replace(state, actuation=ActuationDelay())
+    assert loop_age_ms(unknown, vehicle, JUDGING) == pytest.approx(80 + 30 + 10 + 25 + 5 + (300 + 300))
+    assert motion_to_motion(state, vehicle, JUDGING) == motion_to_motion(state, vehicle, LIMITS)
+    assert loop_age_ms(seen({}), vehicle, JUDGING) == 0.0
+
+
 def test_until_it_is_measured_the_configured_actuation_is_told_as_such():
     said = motion_to_motion(seen({"front": 80.0}, actuation=ActuationDelay()), car(FRONT), LIMITS)
     assert not said.steering_measured and not said.acceleration_measured
@@ -62,7 +72,7 @@ def test_until_it_is_measured_the_configured_actuation_is_told_as_such():
 
 def test_without_a_picture_nothing_is_claimed():
     state = seen({})
-    assert (loop_age_ms(state, car(LENS)), motion_to_motion(state, car(LENS), LIMITS)) == (0.0, None)
+    assert (loop_age_ms(state, car(LENS), LIMITS), motion_to_motion(state, car(LENS), LIMITS)) == (0.0, None)
 
 
 def test_a_slow_camera_lowers_the_speed_cap_and_a_slow_actuator_does_not():
@@ -89,7 +99,8 @@ def test_the_ages_are_numbers_that_are_never_negative_and_never_less_than_a_part
     lag = Lag(delay_ms=slow_ms, bound_ms=slow_bound_ms)
     state = seen({"front": age_ms}, (screen_ms, screen_bound_ms), ActuationDelay(steering=lag, acceleration=lag))
     vehicle = car(replace(FRONT, exposure_delay_ms=lens_ms, exposure_bound_ms=lens_bound_ms))
-    said, age = motion_to_motion(state, vehicle, LIMITS), loop_age_ms(state, vehicle)
+    said, age = motion_to_motion(state, vehicle, LIMITS), loop_age_ms(state, vehicle, LIMITS)
     assert isfinite(said.total_ms) and isfinite(said.bound_ms) and isfinite(age)
     assert said.total_ms >= max(said.picture_ms, said.camera_ms, said.scan_out_ms, said.steering_ms) >= 0.0 <= said.bound_ms
     assert age + slow_ms <= said.total_ms + said.bound_ms + 1e-6  # the law's age is within what is told
+    assert loop_age_ms(state, vehicle, JUDGING) == pytest.approx(said.total_ms + said.bound_ms)  # and with the car its upper end

@@ -29,7 +29,7 @@ def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows += [row for takeover in summary["takeovers"] for row in _takeover(takeover)]
     rows += [(f"camera {name}", _camera(camera)) for name, camera in summary["cameras"].items()]
     rows += [
-        ("picture to command", f"{_spread(summary['loop_age_ms'])} ms, on the car's own clock"),
+        ("loop age", f"{_spread(summary['loop_age_ms'])} ms, on the car's own clock"),
         ("motion to motion", _motion(summary.get("motion_to_motion_ms"))),
         ("wheel to CAN", f"{_spread(summary['wheel_to_can_ms'])} ms"),
         ("commands", f"{_figure(summary['command_rate_hz'], '.0f')} Hz"),

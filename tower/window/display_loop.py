@@ -250,10 +250,11 @@ class DisplayLoop:
         said = operator.message
         if said.clock_bound_ns == 0:
             return None
-        description = self._levels["vehicle_description"].get()
+        description, state = self._levels["vehicle_description"].get(), self._levels["vehicle_state"].get()
         cameras = description.message.cameras if description is not None else ()
         front = next((camera for camera in cameras if camera.name == FRONT), None)
-        return loop_to_expect_ms(age, said.round_trip_ms, front, self._scan_out_ms)
+        actuation_ms = state.message.loop_age_actuation_ms if state is not None else 0.0
+        return loop_to_expect_ms(age, said.round_trip_ms, front, self._scan_out_ms, actuation_ms)
 
     def _offset_ns(self) -> int | None:
         operator = self._levels["operator_status"].get()

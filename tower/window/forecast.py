@@ -32,14 +32,19 @@ class Forecast:
 
 
 def loop_to_expect_ms(
-    picture_age_ns: int, round_trip_ms: float, camera: CameraCalibration | None, scan_out_ms: tuple[float, float]
+    picture_age_ns: int,
+    round_trip_ms: float,
+    camera: CameraCalibration | None,
+    scan_out_ms: tuple[float, float],
+    actuation_ms: float = 0.0,
 ) -> float:
     """Of a command given now, as the car will count it: the picture's age on its clock, camera and screen at most, half a trip.
 
-    scan_out_ms  of this screen, delay and its bound
+    scan_out_ms   of this screen, delay and its bound
+    actuation_ms  of the car's own answer, at most, where the car judges it
     """
     lens_ms = camera.exposure_delay_ms + camera.exposure_bound_ms if camera is not None else 0.0
-    return picture_age_ns / 1e6 + lens_ms + sum(scan_out_ms) + round_trip_ms / 2
+    return picture_age_ns / 1e6 + lens_ms + sum(scan_out_ms) + round_trip_ms / 2 + actuation_ms
 
 
 def add(minute: Minute, loop_ms: float | None, now_ns: int) -> Minute:

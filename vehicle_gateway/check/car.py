@@ -155,15 +155,6 @@ def _ecu_braking(facts: Facts) -> Outcome:
     )
 
 
-def _loop_age_order(facts: Facts) -> Outcome:
-    cap, limits = facts.gateway.limits.cap, facts.gateway.limits.failsafe
-    return Outcome(
-        f"full speed to {cap.loop_age_free_ms:g} < slow from {cap.loop_age_slow_ms:g} <= safe stop {limits.loop_age_max_ms:g} ms",
-        cap.loop_age_free_ms < cap.loop_age_slow_ms <= limits.loop_age_max_ms,
-        "order cap.loop_age_free_ms, cap.loop_age_slow_ms and failsafe.loop_age_max_ms",
-    )
-
-
 CAR_CHECKS = (
     Check("length and wheelbase", _overhang),
     Check("width and height", _outline),
@@ -178,5 +169,4 @@ CAR_CHECKS = (
     Check("hand-over on a fresh command", _hand_over_command),
     Check("ECU before safe stop", _ecu_order),
     Check("ECU brakes", _ecu_braking),
-    Check("loop age in order", _loop_age_order),
 )

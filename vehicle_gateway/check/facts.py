@@ -34,6 +34,7 @@ class Facts:
     vehicle: VehicleDescription
     gateway: VehicleGatewaySettings
     device: str  # [tower.cockpit] device
+    screen_ms: float  # [tower.window] scan_out_delay_ms and its bound: at most
     layouts: Mapping[str, Layout]  # of a drive-by-wire car's DBC, by name
     around: Surroundings
 

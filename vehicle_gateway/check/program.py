@@ -83,11 +83,13 @@ def facts_of(config: Path, sections: dict[str, Any]) -> Facts:
     """The decoded sections and what stands around them. The sections are whole: `read_every_section` found nothing wrong."""
     wire: WireSettings = sections["wire"]
     gateway: VehicleGatewaySettings = sections["vehicle_gateway"]
+    tower = sections["tower"]
     return Facts(
         wire=wire,
         vehicle=sections["vehicle"],
         gateway=gateway,
-        device=str(sections["tower"].cockpit.device),
+        device=str(tower.cockpit.device),
+        screen_ms=tower.window.scan_out_delay_ms + tower.window.scan_out_bound_ms,
         layouts=read_layouts(gateway.can.dbc),
         around=_look_around(config, wire, sections["vehicle"], gateway, sections["autonomy"].map),
     )

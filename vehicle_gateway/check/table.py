@@ -5,10 +5,11 @@ from vehicle_gateway.check.cameras import CAMERA_CHECKS, CAMERAS_CHECKS
 from vehicle_gateway.check.can import BUS_CHECKS, CAN_CHECKS
 from vehicle_gateway.check.car import CAR_CHECKS
 from vehicle_gateway.check.facts import Facts, Finding, Verdict, finding
+from vehicle_gateway.check.loop_age import LOOP_AGE_CHECKS
 from vehicle_gateway.check.site import SITE_CHECKS
 from vehicle_gateway.check.toyota import TOYOTA_CHECKS
 
-CHECKS = (*CAR_CHECKS, *CAMERAS_CHECKS, *BUS_CHECKS, *SITE_CHECKS)
+CHECKS = (*CAR_CHECKS, *LOOP_AGE_CHECKS, *CAMERAS_CHECKS, *BUS_CHECKS, *SITE_CHECKS)
 CHECKS_OF_ITS_BUS = {DRIVE_BY_WIRE: CAN_CHECKS, TOYOTA: TOYOTA_CHECKS}
 
 

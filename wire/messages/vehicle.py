@@ -87,12 +87,13 @@ class VehicleState(Message):
     applied: Actuation
     rules: tuple[Name, ...]  # of the gate, those that changed the request; () when nothing was changed
     speed_cap_m_s: Speed
-    # worst required camera: arrival of the command minus the capture stamp of the picture it was given on, and what the picture
-    # took before the stamp and after the flip, at most
+    # as it is judged. Worst required camera: arrival of the command minus the capture stamp of the picture it was given on, what
+    # the picture took before the stamp and after the flip, at most, and the car's own answer where its owner wants it
     loop_age_ms: Milliseconds
     command_age_ms: Milliseconds  # since the last valid command was received
     feedback_age_ms: Milliseconds = 0.0  # since the car last told on CAN how it moves; 1e9: never
     guard: Name = ""  # the collision guard: off, blind, clear, holding, braking, overridden; "": no word of it
+    loop_age_actuation_ms: Milliseconds = 0.0  # the car's own answer in the loop age, at most; 0: it is not judged
     motion_to_motion: MotionToMotion | None = None  # None: no command that names a picture yet
 
 
@@ -201,7 +202,7 @@ class GatewayCycle(Message):
     can_sent_ns: TimeNs  # vehicle clock, after the frame was handed to the bus
     command_sequence: Count  # of the newest valid DriveCommand; 0: none
     new_command: bool  # this cycle was the first to use it
-    loop_age_ms: Milliseconds  # of that command; 0 when none
+    loop_age_ms: Milliseconds  # of that command, as it is judged; 0 when none
     mode: Mode
     rules: tuple[Name, ...]
     # vehicle_gateway.replay.Start, what the cycle started from: in the first cycle that is recorded, and now and then
