@@ -38,7 +38,7 @@ def step(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription,
     dt_s = min(max(now_ns - state.now_ns, 0) / 1e9, LONGEST_DT_S)
     before = take_in(state, of_this_epoch(inputs, state.lease.epoch), now_ns, vehicle, limits)
     measured = measure(before, now_ns, dt_s, vehicle, limits)
-    attended = attend(measured, inputs, now_ns, vehicle)
+    attended = attend(measured, inputs, now_ns, vehicle, limits)
     supervised, ordered, supervision_replies = supervise(attended, inputs, now_ns)
     leased, ended, lease_replies = answer_leases(supervised, inputs, now_ns)
     asked, granted, hand_over_replies = answer_hand_overs(leased, inputs.hand_over_requests, now_ns, vehicle, limits)

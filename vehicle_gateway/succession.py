@@ -13,7 +13,7 @@ from vehicle_gateway.identity import Identity
 from vehicle_gateway.lease import request_lease
 from vehicle_gateway.loop_age import loop_age_ms
 from vehicle_gateway.measure import of_command
-from vehicle_gateway.state import AuthorityLimits, Inputs, State, Successor
+from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, State, Successor
 from vehicle_gateway.supervision import with_barred
 from wire.messages.session import LeaseRequest
 from wire.messages.vehicle import Mode, VehicleDescription
@@ -38,7 +38,7 @@ def lease_for(state: State, request: LeaseRequest, identity: Identity, now_ns: i
     return replace(state, successor=anew, lease=replace(state.lease, given=lease.epoch)), ""
 
 
-def attend(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription) -> State:
+def attend(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescription, limits: GatewayLimits) -> State:
     """What the next operator's command shows; nothing of him is left when the driver drives no longer, or time is over."""
     successor, command = state.successor, inputs.next_command
     if not successor.operator:
@@ -49,7 +49,7 @@ def attend(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescriptio
     if command is None or command.lease_epoch != successor.lease.epoch:
         return state
     fields = of_command(in_his_place(state), command, inputs.next_command_ns, inputs.next_shown_ns)
-    age_ms = loop_age_ms(replace(in_his_place(state), **fields), vehicle)
+    age_ms = loop_age_ms(replace(in_his_place(state), **fields), vehicle, limits)
     ages = successor.loop_ages.add(now_ns, age_ms)
     return replace(state, successor=replace(successor, loop_age_ms=age_ms, loop_ages=ages, **fields))
 
