@@ -110,7 +110,6 @@ class Successor(Message):
     dead_man_ns: TimeNs = 0
     pictures: dict[Name, Picture] = {}
     loop_ages: LoopAges = LoopAges()
-    loop_age_ms: Annotated[float, Meta(ge=0)] = 0.0
     question_number: Count = 0
 
 

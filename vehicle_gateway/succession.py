@@ -49,9 +49,8 @@ def attend(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescriptio
     if command is None or command.lease_epoch != successor.lease.epoch:
         return state
     fields = of_command(in_his_place(state), command, inputs.next_command_ns, inputs.next_shown_ns)
-    age_ms = loop_age_ms(replace(in_his_place(state), **fields), vehicle, limits)
-    ages = successor.loop_ages.add(now_ns, age_ms)
-    return replace(state, successor=replace(successor, loop_age_ms=age_ms, loop_ages=ages, **fields))
+    ages = successor.loop_ages.add(now_ns, loop_age_ms(replace(in_his_place(state), **fields), vehicle, limits))
+    return replace(state, successor=replace(successor, loop_ages=ages, **fields))
 
 
 def why_over(state: State, revoked: bool, now_ns: int) -> str:
@@ -76,7 +75,6 @@ def in_his_place(state: State) -> State:
         dead_man_ns=he.dead_man_ns,
         pictures=he.pictures,
         loop_ages=he.loop_ages,
-        loop_age_ms=he.loop_age_ms,
         slow_since_ns=0,
         question_number=he.question_number,
     )
