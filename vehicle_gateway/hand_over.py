@@ -77,7 +77,7 @@ def refuse_take(view: TakeView, limits: HandOverLimits) -> str:
         (view.picture_ms > view.picture_max_ms, "no new picture on your screen"),
         (
             view.loop_p95_ms > view.loop_max_ms,
-            f"picture to command takes {view.loop_p95_ms:.0f} ms: the link is too slow",
+            f"the loop takes {view.loop_p95_ms:.0f} ms: too slow to drive",
         ),
         (view.command_ms > limits.command_fresh_ms, "no fresh command from the cockpit"),
         (not view.dead_man, "hold the dead-man control"),

@@ -75,7 +75,6 @@ def in_his_place(state: State) -> State:
         dead_man_ns=he.dead_man_ns,
         pictures=he.pictures,
         loop_ages=he.loop_ages,
-        slow_since_ns=0,
         question_number=he.question_number,
     )
 

@@ -64,6 +64,18 @@ def test_from_then_on_nothing_of_the_first_one_counts_neither_steering_nor_lease
     assert not world.answers[-1][2].granted, "kept out for ten minutes, as whoever loses the lease to a supervisor"
 
 
+def test_his_last_command_before_the_change_counts_for_as_long_as_any_other():
+    world = named()
+    asks(world, 0, PASS)
+    asks(world, 1, TAKE)
+    world.towers[1].silent = True
+    world.flying = []
+    for _ in range(8):
+        world.tick()
+        assert (world.out.mode, world.out.causes, told(world).take_refused) == (Mode.REMOTE, (), "not while the car is in remote")
+    assert world.run(0.5).out.mode is Mode.SAFE_STOP
+
+
 def test_the_commands_of_the_next_one_drive_nothing_before():
     world = named()
     bob = world.towers[1]

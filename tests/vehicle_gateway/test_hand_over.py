@@ -40,7 +40,7 @@ TAKE_EDGES = [
     ("wheel_error_rad", 0.0075, 0.0076, "wheel"),
     ("wheel_error_rad", -0.0075, -0.0076, "wheel"),
     ("throttle_pressed", False, True, "throttle"),
-    ("loop_p95_ms", 500.0, 500.1, "link"),
+    ("loop_p95_ms", 500.0, 500.1, "loop"),
     ("car_answers", True, False, "car"),
 ]
 BACK_EDGES = [

@@ -44,7 +44,7 @@ SOON = "the certificates last {} minutes more: renew them, or the drive ends wit
         ({"controls_moved": True}, "somebody moves the controls in the car"),
         ({"dead_camera": "camera front says nothing"}, "camera front says nothing"),
         ({"picture_ms": 201.0}, "no new picture on your screen"),
-        ({"loop_p95_ms": 501.0}, "picture to command takes 501 ms: the link is too slow"),
+        ({"loop_p95_ms": 501.0}, "the loop takes 501 ms: too slow to drive"),
         ({"command_ms": 121.0}, "no fresh command from the cockpit"),
         ({"dead_man": False}, "hold the dead-man control"),
         ({"throttle_pressed": True}, "release the throttle"),
