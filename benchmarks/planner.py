@@ -5,8 +5,8 @@ the peers; ours the best of three, as two cores disturb each other, the peers on
 of a hundred plans each among 4 and 12 people who cross when the car comes (`planner_crowd.py`), a closed loop: warm from the last
 trajectory, which also tells the half-spaces of its class. ipopt (mumps, tol 1e-6) and fatrop get the same problem and the same
 guess, in the same run. The problem has valleys: ipopt is started once more where ours ended, and tells whether that was the
-bottom of its own; and where ours is dearer, ours is started from clear places as well, of which the topology planner
-has several in every cycle. Guided and cold: from places that a plain search finds clear (`clear_places`), not by the guidance planner.
+bottom of its own; where ours is dearer, it is started from clear places as well, of which the topology planner has several in a
+cycle. Guided and cold: from places that a plain search finds clear (`clear_places`), not by the guidance planner.
 Joint risk: the trajectories that come nearest to people, against rollouts that walk as predicted.
 """
 
@@ -226,7 +226,7 @@ def _above(cost: float, answer: Answer) -> float:
 def _best_cost(case: Case) -> float:
     """Ours from the last trajectory, along the path, and from every clear place: as the topology planner has several in a cycle."""
     others = (solve(case.problem, SETTINGS, start) for start in (None, *clear_places(case.problem)))
-    return min((found.cost for found in (case.found, *others) if found.feasible))
+    return min(found.cost for found in (case.found, *others) if found.feasible)
 
 
 @cache
