@@ -109,7 +109,7 @@ def read_referee(folder: Path) -> list[Referee]:
 def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None = None, lighter: bool = False) -> Iterator[Drive]:
     """`tower demo ARGUMENTS` from its start; leaving the context ends it and everything it started.
 
-    lighter  with the front camera alone and half its width and height: about the drive, not about how fast this machine encodes
+    lighter  with the front camera alone, half its width and height and the window's: about the drive, not about how fast this machine encodes
     """
     log = sessions / "demo.log"
     program = Path(sys.executable).parent / "tower"
@@ -145,8 +145,9 @@ def halved(camera: dict[str, Any]) -> dict[str, Any]:
 
 
 def with_lighter_pictures(folder: Path) -> Path:
-    """The shipped simulated car with its front camera alone, a quarter of the pixels; the same view."""
+    """The shipped simulated car with its front camera alone, a quarter of the pixels, in the window too; the same view."""
     tables = read_tables(shipped("simulated.toml"))
+    tables["tower"].setdefault("window", {}).update(width_px=640, height_px=360)
     tables["vehicle"]["cameras"] = [halved(camera) for camera in tables["vehicle"]["cameras"] if camera["name"] == "front"]
     written = folder / "lighter.toml"
     written.write_bytes(tomli_w.dumps(tables).encode())

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests.messages import drive_command
-from vehicle_gateway.lease import CommandGuard, Lease, refuse_command, renew_epoch, request_lease
+from vehicle_gateway.lease import CommandGuard, Lease, refuse_command, renew_epoch, request_lease, without_holder
 from wire.messages.session import LeaseRequest
 
 S = 1_000_000_000
@@ -42,6 +42,13 @@ def test_every_new_holder_gets_a_higher_epoch_than_all_before(steps):
             assert lease.epoch > max(used)
             used.add(lease.epoch)
         holders.append(lease.holder)
+
+
+def test_an_epoch_that_was_given_to_the_next_operator_is_passed_over_also_after_a_renewal():
+    beside = replace(HELD, given=11)
+    renewed, _ = request_lease(beside, ask("ann", "s1"), NOW + S, in_use=True)
+    assert (renewed.epoch, renew_epoch(renewed).epoch, without_holder(renewed)) == (7, 12, Lease(epoch=12))
+    assert request_lease(renewed, ask("bob", "s2"), NOW + 9 * S, in_use=False)[0].epoch == 12
 
 
 def test_a_first_request_is_granted_and_a_second_operator_is_told_who_holds_it():
