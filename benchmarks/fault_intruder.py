@@ -75,6 +75,18 @@ def forger(rig: WarmRig) -> Iterator[Armed]:
         yield loosed(loose, found)
 
 
+@contextmanager
+def looker_on(rig: WarmRig) -> Iterator[Armed]:
+    """Another tower's window: it gets pictures, and takes none from the one that drives."""
+    with intruding(rig, "looker", at_tower=True) as loose:
+
+        def found() -> Finding:
+            pictures = msgspec.json.decode(loose.end() or b"0", type=int)
+            return Finding(pictures > 0, f"the other window got {pictures} pictures")
+
+        yield loosed(loose, found)
+
+
 def _refused(rig: WarmRig) -> int:
     return int((rig.car.newest.get("gateway_status") or {"dropped": {}})["dropped"].get(SIGNATURE, 0))
 

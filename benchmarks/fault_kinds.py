@@ -18,7 +18,7 @@ from benchmarks.fault_bounds import STILL_PICTURE, Bound, after, stops
 from benchmarks.fault_certificates import EARLY_S, ends
 from benchmarks.fault_commands import SLOW_MS
 from benchmarks.fault_hand_overs import EXCHANGES, Exchange
-from benchmarks.fault_intruder import forger, intruder, wrong_counters
+from benchmarks.fault_intruder import forger, intruder, looker_on, wrong_counters
 from benchmarks.fault_link_stall import held_up
 from benchmarks.fault_one_cycle import MEETINGS
 from benchmarks.fault_positions import stuck
@@ -181,6 +181,7 @@ KINDS: tuple[Kind | Exchange, ...] = (
     Kind("flooded", "10,000 junk messages a second on the command key", Fate.SAFE, None, intruder("flood", True), 5.0),
     Kind("forged", "commands without the lease's key", Fate.GOES_ON, None, forger, 5.0),
     Kind("second-operator", "another operator asks for the lease", Fate.GOES_ON, None, intruder("second", True), 5.0),
+    Kind("second-window", "another tower's window wants the pictures", Fate.GOES_ON, None, looker_on, 8.0),
     Kind("stolen-key", "the operator's name and key, from elsewhere", Fate.GOES_ON, None, intruder("stolen", True), 5.0),
     Kind(
         "frozen-world",

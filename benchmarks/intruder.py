@@ -2,6 +2,7 @@
 
 He gets ready, says `ready` on standard output, and begins with SIGUSR1.
 
+looker   another tower's window: it wants the pictures of the front camera, and says in the end how many it got
 flood    another tower with the operator's certificate puts 10,000 junk messages a second on the command key
 forged   it sends well-formed commands with the current epoch and ever higher numbers, without the lease's key
 second   with the operator's certificate, another operator asks for the lease, twice a second
@@ -30,6 +31,8 @@ from benchmarks.cycle_messages import command
 from benchmarks.fault_commands import FAR
 from tower.cockpit.lease_client import request
 from tower.settings import TowerSettings
+from tower.video.receiver import VideoReceiver
+from tower.window.picture_layout import FRONT
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.actuator_codec import DemandState, decode_demand
 from vehicle_gateway.can.bus import Bus, open_bus
@@ -39,6 +42,7 @@ from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.certificates import folder_of
 from wire.clock import Clock
 from wire.configuration import read_sections
+from wire.ice import ways
 from wire.identity import signer_of
 from wire.latest import Latest
 from wire.link import Link, open_link
@@ -47,7 +51,7 @@ from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 from wire.pace import Pace
 from wire.ports import free_udp_ports
-from wire.settings import WireSettings
+from wire.settings import LinkSettings, WireSettings
 from wire.signature import sign
 from wire.topics import COCKPITS, Role
 
@@ -194,7 +198,7 @@ def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
     clock = Clock()
     with ExitStack() as stack:
         if speaks in COCKPITS:
-            link = heard = stack.enter_context(another_tower(config, clock, stop))
+            link = heard = stack.enter_context(another_tower(beside(config), config, clock, stop))
         else:
             settings = read_sections(config, {"wire": WireSettings})["wire"].link
             link, heard = (stack.enter_context(open_link(settings, role, clock, stop)) for role in (speaks, listens))
@@ -204,13 +208,32 @@ def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
             tick(number, now_ns)
 
 
-def another_tower(config: Path, clock: Clock, stop: threading.Event) -> AbstractContextManager[Link]:
-    """A hub of its own that dials the car with the cockpit's certificate: at the cockpit's own hub nobody else speaks as it."""
-    sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings})
+def beside(config: Path) -> LinkSettings:
+    """Those of another tower: at the cockpit's own hub nobody else speaks as it."""
     (port,) = free_udp_ports(1)
-    settings = replace(sections["wire"].link, tower_hub=f"127.0.0.1:{port}")
-    role = Role.TOWER_SCRIPT if sections["tower"].cockpit.device == "scripted" else Role.TOWER_HUB
-    return open_link(settings, role, clock, stop, hub=True)
+    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+    return replace(wire.link, tower_hub=f"127.0.0.1:{port}")
+
+
+def another_tower(settings: LinkSettings, config: Path, clock: Clock, stop: threading.Event) -> AbstractContextManager[Link]:
+    """A hub of its own that dials the car with the cockpit's certificate."""
+    device = read_sections(config, {"tower": TowerSettings})["tower"].cockpit.device
+    return open_link(settings, Role.TOWER_SCRIPT if device == "scripted" else Role.TOWER_HUB, clock, stop, hub=True)
+
+
+def looking_on(config: Path, stop: threading.Event) -> int:
+    """How many pictures another tower's window decoded."""
+    clock, settings = Clock(), beside(config)
+    servers = ways(read_sections(config, {"wire": WireSettings})["wire"].ice)
+    with (
+        another_tower(settings, config, clock, stop),
+        open_link(settings, Role.WINDOW, clock, stop) as link,
+        VideoReceiver(link, clock, (), servers, "a looker-on") as video,
+    ):
+        wait_for_the_word(stop)
+        video.watch((FRONT,))
+        stop.wait()
+        return video.decoded[FRONT]
 
 
 class Followed(msgspec.Struct):
@@ -278,6 +301,8 @@ def main(kind: str, config: Path) -> int:
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
     if kind == "frames":
         sys.stdout.buffer.write(msgspec.json.encode(on_the_bus(config, stop)))
+    elif kind == "looker":
+        sys.stdout.buffer.write(msgspec.json.encode(looking_on(config, stop)))
     else:
         on_the_link(kind, config, stop)
     return 0

@@ -109,7 +109,8 @@ def read_referee(folder: Path) -> list[Referee]:
 def driving(sessions: Path, *arguments: str, environment: dict[str, str] | None = None, lighter: bool = False) -> Iterator[Drive]:
     """`tower demo ARGUMENTS` from its start; leaving the context ends it and everything it started.
 
-    lighter  with the front camera alone, half its width and height and the window's: about the drive, not about how fast this machine encodes
+    lighter  with the front camera alone, half its width and height and the window's: about the drive, not about how fast this
+             machine encodes
     """
     log = sessions / "demo.log"
     program = Path(sys.executable).parent / "tower"
