@@ -67,6 +67,13 @@ def test_the_operator_may_take_only_a_car_that_nobody_else_must_keep():
     assert granted == {Mode.STANDBY, Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.STOPPED}
 
 
+def test_from_another_operator_the_car_is_taken_over_only_while_he_drives_and_by_the_same_rules():
+    succeeding = replace(READY, succeeding=True)
+    assert {mode for mode in Mode if not refuse_take(replace(succeeding, mode=mode), LIMITS)} == {Mode.REMOTE}
+    for field, _, bad, word in TAKE_EDGES:
+        assert word in refuse_take(replace(succeeding, mode=Mode.REMOTE, **{field: bad}), LIMITS)
+
+
 def test_returning_within_the_guard_needs_no_aligned_wheel_but_everything_else():
     returning = replace(READY, returning=True)
     assert refuse_take(replace(returning, wheel_error_rad=0.3), LIMITS) == ""

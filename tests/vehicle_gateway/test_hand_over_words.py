@@ -72,3 +72,4 @@ def test_a_hand_back_is_refused_in_these_words(mode, status, fresh, words):
 
 def test_where_nothing_is_said_of_the_controls_in_the_car_nobody_moves_them():
     assert READY.controls_moved is False
+    assert READY.succeeding is False

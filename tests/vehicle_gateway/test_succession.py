@@ -143,7 +143,14 @@ AGREED = replace(BOB, agreed_ns=NOW)
         (state(successor=AGREED, command=drive_command(acceleration_m_s2=-1.0)), "ann brakes: not now"),
         (state(successor=AGREED, command=None), ""),
         (state(successor=AGREED, causes=(Cause.WAY_UNKNOWN,)), ""),
-        (state(successor=AGREED, causes=(Cause.COMMAND_SILENT, Cause.WAY_UNKNOWN)), "ann cannot now: commands are late: braking gently"),
+        (
+            state(successor=AGREED, causes=(Cause.COMMAND_SILENT, Cause.WAY_UNKNOWN)),
+            "ann cannot now: commands are late: braking gently",
+        ),
+        (
+            state(successor=AGREED, causes=(Cause.ECU_FAULT, Cause.PICTURE_LOST)),
+            "ann cannot now: the drive-by-wire does not follow; the operator has no new picture",
+        ),
     ],
 )
 def test_what_keeps_the_next_one_from_the_driver_s_side(found: State, rule: str):
