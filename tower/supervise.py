@@ -72,8 +72,9 @@ def cells(seen: Seen, now_ns: int) -> tuple[str, ...]:
 
 def _holder(status: GatewayStatus) -> str:
     """Whoever is silent for so long keeps the lease until another asks for it."""
+    after = f", {status.succession.operator} is next" if status.succession.operator else ""
     silent = f", silent {status.lease_silent_s:.0f} s" if status.lease_silent_s >= SILENT_S else ""
-    return f"{status.lease_holder}{silent}" if status.lease_holder else "nobody"
+    return f"{status.lease_holder}{silent}{after}" if status.lease_holder else "nobody"
 
 
 def table(cars: list[Seen], now_ns: int) -> Table:

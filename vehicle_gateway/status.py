@@ -51,6 +51,7 @@ class Status(Message):
     lease_fingerprint: Name = ""
     certificate_left_s: Seconds | None = None
     lease_note: Text = ""
+    next_operator: Name = ""  # whom a supervisor lets take over from the one who drives
     stops_in_ten_minutes: Count
     speed_m_s: Speed | None  # None: no VehicleState was heard
     speed_cap_m_s: Speed | None
@@ -95,6 +96,7 @@ def status_from(heard: Heard) -> Status:
         lease_fingerprint=status.lease_fingerprint,
         certificate_left_s=status.certificate_left_s,
         lease_note=status.lease_note,
+        next_operator=status.succession.operator,
         stops_in_ten_minutes=status.stops_in_ten_minutes,
         speed_m_s=state.speed_m_s if state else None,
         speed_cap_m_s=state.speed_cap_m_s if state else None,
@@ -162,7 +164,8 @@ def _lease(status: Status) -> str:
         return f"nobody: {status.lease_note}" if status.lease_note else "nobody"
     left = f", ends in {status.certificate_left_s / 3600:.1f} h" if status.certificate_left_s is not None else ""
     shown = f"; certificate {status.lease_certificate} {status.lease_fingerprint[:16]}{left}" if status.lease_certificate else ""
-    return f"{status.lease_holder}, epoch {status.lease_epoch}{shown}"
+    after = f"; {status.next_operator} is next" if status.next_operator else ""
+    return f"{status.lease_holder}, epoch {status.lease_epoch}{shown}{after}"
 
 
 def _speed(status: Status) -> str:

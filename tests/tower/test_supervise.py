@@ -11,15 +11,17 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from tests.messages import gateway_status
 from tower.fleet import Seen
 from tower.supervise import Order, cells, give, look, request_of
 from wire import certificates
 from wire.clock import Clock
 from wire.configuration import ConfigurationError, shipped
 from wire.identity import signer_of
+from wire.latest import Received
 from wire.link import Link, open_link
 from wire.messages.session import LeaseReply, LeaseRequest, Supervision
-from wire.messages.vehicle import GatewayStatus
+from wire.messages.vehicle import GatewayStatus, Mode, Succession
 from wire.ports import free_addresses, free_udp_ports
 from wire.settings import LinkSettings
 from wire.topics import Role
@@ -150,6 +152,11 @@ def test_a_car_that_is_not_configured_is_named_with_those_that_are(site: Site):
 
 def test_a_car_that_was_not_heard_is_a_line_that_says_so():
     assert cells(Seen(CAR, None, None), 0)[:2] == (CAR, "not there")
+
+
+def test_who_holds_a_car_and_who_is_next_for_it_stand_side_by_side():
+    driven = gateway_status(mode=Mode.REMOTE, lease_holder="ann", succession=Succession(operator="ben"))
+    assert cells(Seen(CAR, Received(driven, 5), None), 6)[1:3] == ("remote", "ann, ben is next")
 
 
 def test_a_certificate_that_is_revoked_while_the_gateway_runs_loses_its_lease_within_two_looks(site: Site):

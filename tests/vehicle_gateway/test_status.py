@@ -25,7 +25,7 @@ from wire.configuration import shipped
 from wire.messages.base import Gear, decoder, encode
 from wire.messages.health import LoopHealth
 from wire.messages.sensing import CameraStatus
-from wire.messages.vehicle import Actuation, HandOver, Mode, VehicleState
+from wire.messages.vehicle import Actuation, HandOver, Mode, Succession, VehicleState
 from wire.ports import free_udp_ports
 
 MS, SECOND = 1_000_000, 1_000_000_000
@@ -123,6 +123,7 @@ def test_the_lease_is_told_with_whose_certificate_holds_it_and_is_not_well_in_it
     assert row(**known, certificate_left_s=90_000.0) == (f"{words}, ends in 25.0 h", True)
     assert row(**known, certificate_left_s=80_000.0) == (f"{words}, ends in 22.2 h", False)
     assert row() == ("anna, epoch 7", True)
+    assert row(succession=Succession(operator="ben")) == ("anna, epoch 7; ben is next", True)
     assert row(lease_holder="", lease_note="carla took it") == ("nobody: carla took it", True)
 
 
