@@ -66,7 +66,7 @@ def cells(seen: Seen, now_ns: int) -> tuple[str, ...]:
         _holder(status),
         f"{status.lease_certificate} {status.lease_fingerprint[:16]}".strip(),
         str(status.stops_in_ten_minutes),
-        status.lease_note or status.cause,
+        "; ".join(text for text in (status.cause if status.lease_holder else "", status.lease_note) if text) or status.cause,
     )
 
 

@@ -25,13 +25,19 @@ class Door:
     def __init__(self, boot_id: str) -> None:
         self.guard = CommandGuard(epoch=0, boot_id=boot_id, last_sequence=0)
         self.key = b""  # "" refuses everything
+        self.first_epoch = 0  # with which that key came
         self._command: Commanded | None = None
 
     def hold_to(self, epoch: int, new_key: bytes | None) -> None:
         """From now on only commands with this epoch; with a new key (a new holder) their sequence begins anew."""
         fresh = 0 if new_key is not None else self.guard.last_sequence
         self.guard = msgspec.structs.replace(self.guard, epoch=epoch, last_sequence=fresh)
-        self.key = self.key if new_key is None else new_key
+        if new_key is not None:
+            self.key, self.first_epoch = new_key, epoch
+
+    def key_of(self, epoch: int) -> bytes:
+        """The key, for an epoch that it was valid with; b"" for any other."""
+        return self.key if self.first_epoch <= epoch <= self.guard.epoch else b""
 
     def is_genuine(self, message: DriveCommand | HandOverRequest) -> bool:
         return bool(self.key) and is_genuine(message, self.key)

@@ -208,7 +208,7 @@ class Gateway:
         self._journal.keep(cycle)
         self._audit.keep(cycle)
         changed = _told_at_once(before) != _told_at_once(self.state)
-        if before.authority.mode != self.state.authority.mode:
+        if (before.authority.mode, before.lease.holder) != (self.state.authority.mode, self.state.lease.holder):
             self._tell_mode()
         if self._due("vehicle_state", STATE_NS, now_ns):
             self._link.publish(

@@ -115,8 +115,8 @@ class Inbox:
                 self._next.hold_to(next_one.epoch, new_key(next_one))
 
     def key_of(self, epoch: int) -> bytes:
-        """The key of the lease with this epoch."""
-        return self._door_of(epoch).key
+        """The key of the lease that has, or had, this epoch; b"" of a lease that has been lost in the meantime."""
+        return self._next.key_of(epoch) or self._holder.key_of(epoch)
 
     def watchdog_silent_s(self, now_ns: int) -> float | None:
         """None for a car that obeys none."""
@@ -224,11 +224,11 @@ class Inbox:
 
 
 def lease_reply_with_key(reply: LeaseReply, key: bytes) -> LeaseReply:
-    """The answer to a granted request carries the key of the lease; a refusal never does."""
-    return LeaseReply(
-        granted=reply.granted,
-        epoch=reply.epoch,
-        key_hex=key.hex() if reply.granted else "",
-        rule=reply.rule,
-        boot_id=reply.boot_id,
-    )
+    """The answer to a granted request carries the key of the lease; a refusal never does.
+
+    A lease can change hands in the very cycle in which its holder renews it: then there is no key for him any more.
+    """
+    if reply.granted and not key:
+        lost = "the lease has just gone to somebody else: ask again"
+        return LeaseReply(granted=False, epoch=0, key_hex="", rule=lost, boot_id=reply.boot_id)
+    return msgspec.structs.replace(reply, key_hex=key.hex() if reply.granted else "")

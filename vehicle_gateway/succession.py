@@ -56,7 +56,9 @@ def attend(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescriptio
 def why_over(state: State, revoked: bool, now_ns: int) -> str:
     """Why the next operator is none any more, in words; "" while he is."""
     name, holder = state.successor.operator, state.lease.holder
+    hands_back = state.authority.mode is Mode.HANDING_BACK
     rules = (
+        (hands_back, f"{name} did not take over: {holder} hands back to the car"),
         (state.authority.mode is not Mode.REMOTE, f"{name} did not take over: {holder or 'nobody'} drives no longer"),
         (revoked, f"{name} did not take over: his certificate was revoked"),
         (now_ns >= state.successor.until_ns, f"{name} did not take over in time: {holder} drives on"),
@@ -112,4 +114,4 @@ def is_agreed(state: State, now_ns: int) -> bool:
 def succeed(state: State, now_ns: int) -> State:
     """The next operator holds the lease; the one who did gets none for a while, as when it is taken from him."""
     barred = with_barred(state.barred, state.lease.holder, now_ns)
-    return replace(in_his_place(state), successor=Successor(), barred=barred)
+    return replace(in_his_place(state), successor=Successor(), barred=barred, lease_note="")

@@ -87,7 +87,8 @@ def _refuse_revoke(state: State, request: SupervisionRequest) -> str:
         (request.operator == state.lease.holder, f"{request.operator} holds it already"),
         (
             state.authority.mode in DRIVES and not request.stop and not _may_succeed(state, request),
-            f"{state.lease.holder} drives: this would be a safe stop; add --stop, or name the next operator with --to",
+            f"{state.lease.holder} drives: this would be a safe stop; add --stop, or name the next operator with --to"
+            + (" when the hand-back is over" if state.authority.mode is Mode.HANDING_BACK else ""),
         ),
     )
     return next((text for refused, text in rules if refused), "")
@@ -101,10 +102,11 @@ def _obey(state: State, request: SupervisionRequest, identity: Identity, now_ns:
     who = identity.operator or "a supervisor"
     match request.action:
         case Supervision.ADMIT:
-            return replace(state, barred={name: at for name, at in state.barred.items() if name != request.operator}), ()
+            return replace(state, barred=_without(state.barred, request.operator)), ()
         case Supervision.RELEASE:
             note = f"released by {who}: {request.reason}"[:2000]
             return replace(state, stops=(), lease_note=note), ()
+    state = replace(state, barred=_without(state.barred, request.operator))  # who is named is let in
     if _may_succeed(state, request):
         note = f"{who} lets {request.operator} take over from {state.lease.holder}: {request.reason}"[:2000]
         return replace(state, successor=Successor(operator=request.operator, until_ns=now_ns + SUCCESSION_NS), lease_note=note), ()
@@ -112,6 +114,10 @@ def _obey(state: State, request: SupervisionRequest, identity: Identity, now_ns:
     offered = {"offered_to": request.operator, "offered_until_ns": now_ns + OFFERED_NS}
     note = f"{who} took the lease from {state.lease.holder}: {request.reason}"
     return withdraw(replace(state, barred=barred, **offered), note)
+
+
+def _without(barred: dict[str, int], operator: str) -> dict[str, int]:
+    return {name: at for name, at in barred.items() if name != operator}
 
 
 def with_barred(barred: dict[str, int], operator: str, now_ns: int) -> dict[str, int]:

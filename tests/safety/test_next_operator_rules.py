@@ -3,7 +3,7 @@
 import pytest
 
 from tests.safety.witness import watched
-from tests.safety.world import CAR, MS, World, driven_by_operator, on_street, stop
+from tests.safety.world import CAR, MS, World, driven_by_itself, driven_by_operator, on_street, stop
 from vehicle_gateway.cycle import step
 from vehicle_gateway.reports import status_of
 from wire.messages.session import Action, Outcome, Supervision
@@ -296,3 +296,51 @@ def test_a_recorded_change_is_the_same_when_it_is_made_again():
     asks(world, 1, TAKE)
     assert step(before, world.inputs, world.now_ns, CAR, world.limits)[0] == world.state
     assert world.state.lease.holder == "bob"
+
+
+def test_a_renewal_of_the_old_driver_in_the_very_cycle_of_the_change_is_refused_and_carries_no_key():
+    """Answered with the key of the lease as it is after the cycle, he could go on driving in the other one's name."""
+    world = named()
+    ann, bob = world.towers
+    asks(world, 0, PASS)
+    world.tick(leases=[ann], hand_overs=[(bob, TAKE)])
+    assert world.state.lease.holder == "bob"
+    renewal = next(answer for tower, action, answer in world.answers if tower is ann and action is None)
+    assert (renewal.granted, renewal.key_hex, renewal.rule) == (False, "", "the lease has just gone to somebody else: ask again")
+    assert ann.key != bob.key and world.run(0.5).out.mode is Mode.REMOTE
+
+
+def test_a_renewal_in_the_cycle_of_ones_own_grant_keeps_its_key():
+    world = driven_by_itself(watched(World()))
+    ann = world.towers[0]
+    key = ann.key
+    world.tick(leases=[ann], hand_overs=[(ann, TAKE)])
+    assert [answer.outcome for _, action, answer in world.answers if action is TAKE] == [Outcome.GRANTED]
+    assert ann.key == key and world.run(0.2).out.mode is Mode.REMOTE
+
+
+def test_both_may_say_it_in_one_cycle():
+    world = named()
+    world.tick(hand_overs=[(world.towers[0], PASS), (world.towers[1], TAKE)])
+    assert world.state.lease.holder == "bob" and world.witness.owner == "bob"
+
+
+def test_whoever_was_kept_out_is_let_in_when_a_supervisor_names_him():
+    world = named()
+    asks(world, 0, PASS)
+    asks(world, 1, TAKE)
+    assert told(world).lease_note == "", "it told of a lease that has changed"
+    world.order(Supervision.REVOKE, operator="ann")
+    world.tick(leases=[world.towers[0]])
+    (_, _, answer) = world.answers[-1]
+    assert answer.granted and world.state.barred == {}
+
+
+def test_a_driver_who_hands_back_to_the_car_is_said_to_do_so():
+    world = named()
+    world.auto_steer = 0.3  # does not fit: the hand-back takes its time
+    world.run(0.1).tick(hand_overs=[(world.towers[0], Action.HAND_BACK)]).tick()
+    assert world.out.mode is Mode.HANDING_BACK and told(world).lease_note == "bob did not take over: ann hands back to the car"
+    world.order(Supervision.REVOKE, operator="bob")
+    world.tick()
+    assert world.out.supervision_replies[0].rule.endswith("with --to when the hand-back is over")

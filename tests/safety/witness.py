@@ -151,7 +151,8 @@ class Witness:
             if not granted:
                 continue
             epoch = answer.epoch if isinstance(answer, LeaseReply) else answer.lease_epoch
-            if epoch not in (self.held.epoch, self.next.epoch):
+            known = epoch in self.epochs and not isinstance(answer, LeaseReply)  # of a lease that has just gone to another one
+            if epoch not in (self.held.epoch, self.next.epoch) and not known:
                 self._account_epoch(tower, epoch, isinstance(answer, LeaseReply))
             if isinstance(answer, LeaseReply) and epoch == self.held.epoch:
                 self.ends_ns = world.recognised.ends_ns.get(tower.name, FOREVER_NS)

@@ -17,7 +17,7 @@ from vehicle_gateway.can.vehicles import car_bus_of
 from vehicle_gateway.cycle import step
 from vehicle_gateway.gateway import recalled_state, remember
 from vehicle_gateway.identity import Identity
-from vehicle_gateway.inbox import Inbox
+from vehicle_gateway.inbox import Inbox, lease_reply_with_key
 from vehicle_gateway.memory import EPOCH_BLOCK, Remembered
 from vehicle_gateway.state import AuthorityLimits, GatewayLimits, Inputs, Outputs, State
 from wire.configuration import read_sections, shipped
@@ -347,9 +347,9 @@ class World:
     def _answer(self, waiting):
         """As the shell does: the guard first, then the answers, each with its key."""
         self.inbox.open_for(self.before, self.state, lambda lease: f"key of {lease.owner} {lease.epoch}".encode())
-        for reply, answer in zip(
-            (*waiting.lease, *waiting.hand_over), (*self.out.lease_replies, *self.out.hand_over_replies), strict=True
-        ):
+        for reply, answer in zip(waiting.lease, self.out.lease_replies, strict=True):
+            reply(lease_reply_with_key(answer, self.inbox.key_of(answer.epoch)))
+        for reply, answer in zip(waiting.hand_over, self.out.hand_over_replies, strict=True):
             reply(answer)
         assert len(waiting.supervision) == len(self.out.supervision_replies), "a supervisor's question has no answer"
         for tower, _, answer in self.replies:
@@ -361,7 +361,7 @@ class World:
             return
         if isinstance(answer, LeaseReply):
             if answer.granted:
-                tower.key, tower.epoch, tower.boot_id = self.inbox.key_of(answer.epoch), answer.epoch, answer.boot_id
+                tower.key, tower.epoch, tower.boot_id = bytes.fromhex(answer.key_hex), answer.epoch, answer.boot_id
         elif answer.outcome is Outcome.GRANTED:
             tower.epoch = answer.lease_epoch
 

@@ -67,3 +67,13 @@ def test_confirmed_is_said_only_when_the_car_has_counted_this_number_and_the_str
         if state.state == "confirmed":
             assert car >= state.number
         assert not send or state.stream_ended
+
+
+def test_a_stop_that_another_tower_cleared_is_over_when_the_car_is_driven_again_and_not_before_it_was_confirmed() -> None:
+    """Somebody looks on, and tries his STOP; the one who drives clears it. He could never be the next one, being mute."""
+    sent, _ = step(pressed(StopButton(), 0, 0), 0, MS)
+    assert step(sent, 0, 2 * MS, is_driven=True)[0].stream_ended, "the car has not heard of it yet"
+    confirmed, _ = step(sent, 1, 50 * MS, is_driven=True)
+    assert confirmed.stream_ended and step(confirmed, 1, 60 * MS)[0].stream_ended
+    over, send = step(confirmed, 1, 60 * MS, is_driven=True)
+    assert (over.state, over.stream_ended, over.number, send) == ("", False, 1, False)

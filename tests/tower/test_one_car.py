@@ -11,7 +11,7 @@ from tower.cockpit.one_car import held_elsewhere
 from tower.cockpit.settings import CockpitSettings
 from wire.latest import EventQueue, Latest, Received
 from wire.messages.operating import OperatorStatus
-from wire.messages.vehicle import Mode
+from wire.messages.vehicle import Mode, Succession
 
 S = 10**9
 NOW = 100 * S
@@ -27,6 +27,12 @@ def told(age_ns: int = 0, **changes: object) -> str:
 
 def test_who_holds_another_car_is_told_which():
     assert "you hold car-2" in told()
+
+
+def test_who_is_next_for_another_car_is_so_too_as_soon_as_his_cockpit_has_asked():
+    for lease_epoch, words in ((4, "you hold car-2"), (0, "")):
+        assert words in told(lease_holder="bob", succession=Succession(operator="ann", lease_epoch=lease_epoch))
+    assert told(lease_holder="bob", succession=Succession(operator="cem", lease_epoch=4)) == ""
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,7 @@ class Picture:
 class VideoInMemory:
     def __init__(self) -> None:
         self.replaced: Counter[str] = Counter()
+        self.refused = ""
         self.picture: Picture | None = None  # of the front camera
         self.others: dict[str, Picture] = {}
         self.watched: tuple[str, ...] = ()

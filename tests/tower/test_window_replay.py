@@ -32,6 +32,7 @@ class Line:
 
 
 class NoVideo:
+    refused = ""
     replaced: Counter[str] = Counter()
 
     def newest(self, camera: str) -> None:

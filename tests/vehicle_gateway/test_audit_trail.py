@@ -14,7 +14,7 @@ from vehicle_gateway.failsafe import Cause
 from vehicle_gateway.identity import Identity
 from vehicle_gateway.journal import Entry
 from vehicle_gateway.lease import Lease
-from vehicle_gateway.state import Inputs, Outputs, State, initial_state
+from vehicle_gateway.state import Inputs, Outputs, State, Successor, initial_state
 from wire.messages.audit import AuditEntry, AuditKind
 from wire.messages.automation import Scene
 from wire.messages.session import (
@@ -55,7 +55,7 @@ class Story:
         self.state = replace(before, now_ns=self.now_ns, authority=Authority(mode=to, origin=to), **fields)
         given = {name.removeprefix("out_"): value for name, value in changes.items() if name.startswith("out_")}
         plain = {"requested": CALM, "applied": CALM, "rules": (), "causes": ()}
-        outputs = Outputs(send=True, mode=to, brake_hold=False, events=(), cap_m_s=8.0, **(plain | given))
+        outputs = Outputs(send=True, mode=to, brake_hold=False, cap_m_s=8.0, **({"events": ()} | plain | given))
         self.trail, entries = observe(self.trail, Entry(1, self.now_ns, before, inputs, self.state, outputs, 0), self.about)
         self.told += entries
         return list(entries)
@@ -106,21 +106,49 @@ def test_a_remote_drive_has_a_number_a_begin_an_end_and_the_causes_of_both():
     assert story.told[-1].drive == 2
 
 
+BOB = Successor(operator="bob", lease=Lease(epoch=9, holder="bob", session="s2", fingerprint="bb"))
+
+
 def test_where_another_operator_takes_over_one_drive_ends_and_the_next_begins_and_what_lasts_is_told_in_both():
     story = Story()
     story.cycle(lease=HELD)
     story.cycle(M.REMOTE, cause="ann took over")
-    story.cycle(out_rules=("speed cap",))
-    next_one = Lease(epoch=9, holder="bob", session="s2", fingerprint="bb")
-    entries = story.cycle(lease=next_one, cause="bob took over from ann", out_rules=("speed cap",))
-    drives = [(e.kind, e.drive, e.operator, e.epoch, e.text) for e in entries if e.kind in (K.DRIVE_END, K.DRIVE_BEGIN)]
-    assert drives == [
-        (K.DRIVE_END, 1, "ann", 7, "bob took over from ann"),
-        (K.DRIVE_BEGIN, 2, "bob", 9, "bob took over from ann"),
+    story.cycle(out_rules=("speed cap",), lease_note="eve lets bob take over", successor=BOB)
+    entries = story.cycle(
+        lease=BOB.lease,
+        successor=Successor(),
+        lease_note="",
+        cause="bob took over from ann",
+        inputs=Inputs(hand_over_requests=(question(1, Action.PASS_ON), question(1, Action.TAKE, epoch=9))),
+        out_hand_over_replies=(answer(1), answer(1)),
+        out_rules=("speed cap",),
+        out_events=("operator_changed",),
+    )
+    assert [(entry.kind, entry.drive, entry.operator, entry.subject or entry.text) for entry in entries] == [
+        (K.LEASE_LOST, 1, "ann", "eve lets bob take over"),
+        (K.INTERVENTION_END, 1, "ann", "speed cap"),
+        (K.DRIVE_END, 1, "ann", "bob took over from ann"),
+        (K.DRIVE_BEGIN, 2, "bob", "bob took over from ann"),
+        (K.LEASE, 2, "bob", ""),
+        (K.GRANT, 2, "ann", "pass_on"),
+        (K.GRANT, 2, "bob", "take"),
+        (K.INTERVENTION, 2, "bob", "speed cap"),
     ]
     assert all(entry.remote for entry in entries)
-    assert [e.kind for e in entries if e.subject == "speed cap"] == [K.INTERVENTION_END, K.INTERVENTION]
     assert [e.drive for e in story.cycle(M.SAFE_STOP, cause="lost") if e.kind is K.DRIVE_END] == [2]
+
+
+def test_what_the_next_operator_is_refused_is_told_under_his_name_and_that_he_did_not_take_over_with_why():
+    story = Story()
+    story.cycle(lease=HELD)
+    story.cycle(M.REMOTE, cause="ann took over", successor=BOB)
+    refused = answer(1, "align the wheel")
+    entries = story.cycle(inputs=Inputs(hand_over_requests=(question(1, epoch=9),)), out_hand_over_replies=(refused,))
+    assert [(e.kind, e.operator, e.subject, e.text) for e in entries] == [(K.REFUSAL, "bob", "take", "align the wheel")]
+    over = story.cycle(successor=Successor(), lease_note="bob did not take over in time: ann drives on")
+    assert [(e.kind, e.operator, e.subject, e.text) for e in over] == [
+        (K.HAND_OVER, "bob", "expired", "bob did not take over in time: ann drives on")
+    ]
 
 
 def test_what_ends_a_drive_belongs_to_it_and_what_follows_does_not():
@@ -179,8 +207,8 @@ def leased(rule: str = "") -> LeaseReply:
     return LeaseReply(granted=not rule, epoch=0, key_hex="", rule=rule, boot_id="boot")
 
 
-def question(number: int, action: Action = Action.TAKE) -> HandOverRequest:
-    return HandOverRequest(lease_epoch=7, number=number, action=action, sent_ns=0)
+def question(number: int, action: Action = Action.TAKE, epoch: int = 7) -> HandOverRequest:
+    return HandOverRequest(lease_epoch=epoch, number=number, action=action, sent_ns=0)
 
 
 def answer(number: int, rule: str = "") -> HandOverReply:

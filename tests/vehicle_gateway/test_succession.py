@@ -55,6 +55,7 @@ def state(mode: Mode = M.REMOTE, **changes: object) -> State:
         (state(), False, NOW + 60 * S, "bob did not take over in time: ann drives on"),
         (state(), True, NOW, "bob did not take over: his certificate was revoked"),
         (state(M.SAFE_STOP), False, NOW, "bob did not take over: ann drives no longer"),
+        (state(M.HANDING_BACK), True, NOW, "bob did not take over: ann hands back to the car"),
         (state(M.AUTONOMOUS), True, NOW + 60 * S, "bob did not take over: ann drives no longer"),
         (state(M.SAFE_STOP, lease=Lease(epoch=10)), False, NOW, "bob did not take over: nobody drives no longer"),
     ],
@@ -108,7 +109,7 @@ def test_in_his_place_everything_that_tells_of_an_operator_is_his_and_the_rest_i
         loop_ages=BOB.loop_ages,
         question_number=3,
     )
-    assert succeed(found, NOW) == replace(in_his_place(found), successor=Successor(), barred={"ann": NOW + 600 * S})
+    assert succeed(found, NOW) == replace(in_his_place(found), successor=Successor(), barred={"ann": NOW + 600 * S}, lease_note="")
 
 
 def test_the_driver_s_word_counts_for_a_quarter_of_a_minute():

@@ -136,7 +136,7 @@ def rule(sessions: VideoSessions, name: str) -> str:
         finally:
             await connection.close()
 
-    return sessions.answer(VideoOffer(sdp=asyncio.run(offered()), cameras=("front",), watcher=name)).rule
+    return sessions.answer(VideoOffer(sdp=asyncio.run(offered()), cameras=("front",), watcher=name, operator=name)).rule
 
 
 def test_one_window_too_many_is_refused_with_what_to_do_and_comes_in_when_another_closes():
@@ -186,15 +186,25 @@ def test_a_camera_that_a_window_no_longer_asks_for_is_told_so():
 
 def test_the_window_of_whoever_holds_the_lease_leads_from_then_on_and_when_it_connects_anew():
     with filming() as (sessions, front, left), Window(sessions, "ann"):
-        sessions.follow("ann")
+        sessions.follow(("ann",))
         front.wait_until(lambda: front.leaders == ["ann"])
         with Window(sessions, "ben"):
-            sessions.follow("ben")
+            sessions.follow(("ben",))
             front.wait_until(lambda: front.leaders[-1] == "ben")
             rule(sessions, "ben")
         front.wait_until(lambda: "ben" not in front.watching)
         told = len(front.leaders)
-        sessions.follow("")
-        sessions.follow("ann")
+        sessions.follow(())
+        sessions.follow(("ann",))
         front.wait_until(lambda: front.leaders[told:] == ["ann"])
         assert set(left.leaders) == {"ann", "ben"}
+
+
+def test_who_drives_or_is_next_takes_the_place_of_one_who_only_looks_on_and_of_nobody_else():
+    with filming() as (sessions, front, _), Window(sessions, "cem"), Window(sessions, "ann") as hers:
+        sessions.follow(("ann", "ben"))
+        front.wait_until(lambda: bool(front.leaders))
+        assert "close one" in rule(sessions, "dan")
+        assert rule(sessions, "ben") == ""
+        assert front.watching == {"ann", "ben"} and not hers.closed.is_set()
+        assert "close one" in rule(sessions, "cem"), "both are wanted more than he is"

@@ -58,6 +58,7 @@ STATUS_NS = 50_000_000
 PING_NS = 200_000_000
 HEALTH_NS = 1_000_000_000
 DT_MAX_S = 0.02  # after a gap the wheel goes on from where it was, it does not catch up
+DRIVEN = frozenset({Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER, Mode.REMOTE, Mode.HANDING_BACK})
 DISARMING = frozenset({Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP})
 
 
@@ -341,7 +342,8 @@ class Cockpit:
         self._record(self._torque_log.rest())
 
     def _repeat_stop(self, now_ns: int) -> None:
-        self._stop, send = stop_button.step(self._stop, self._car_stop_number(), now_ns)
+        driven = self._status is not None and self._status.mode in DRIVEN
+        self._stop, send = stop_button.step(self._stop, self._car_stop_number(), now_ns, driven)
         if send:
             self._link.publish("tower_stop", TowerStop(number=self._stop.number, sent_ns=now_ns, operator=self._settings.operator))
 

@@ -24,7 +24,8 @@ def held_elsewhere(
         if heard is None or now_ns - heard.received_ns > FRESH_NS:
             continue
         status = heard.message
-        mine = (status.lease_holder, status.lease_certificate) == (operator, certificate)
-        if mine and status.lease_silent_s < SILENT_S:
+        mine = (status.lease_holder, status.lease_certificate) == (operator, certificate) and status.lease_silent_s < SILENT_S
+        is_next = bool(status.succession.lease_epoch) and status.succession.operator == operator
+        if mine or is_next:
             return f"you hold {vehicle_id}: one operator drives one car; close the cockpit that holds it"
     return ""

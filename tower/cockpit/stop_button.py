@@ -1,7 +1,8 @@
 """The tower's STOP: repeated with the same number until the car confirms it; it also ends the command stream. Pure.
 
 Needs no lease. SENT -> CONFIRMED when the car reports the number, UNCONFIRMED meanwhile after half a second. The stream stays
-ended, and the car stopped, until a CLEAR was granted. Never clears itself.
+ended, and the car stopped, until a CLEAR was granted: to us, or to another tower, as a car that is driven again tells. Never
+clears itself.
 """
 
 from dataclasses import dataclass, replace
@@ -40,8 +41,13 @@ def cleared(state: StopButton) -> StopButton:
     return replace(state, state="", stream_ended=False)
 
 
-def step(state: StopButton, car_number: int | None, now_ns: int) -> tuple[StopButton, bool]:
-    """(state, whether to send TowerStop with state.number now)."""
+def step(state: StopButton, car_number: int | None, now_ns: int, is_driven: bool = False) -> tuple[StopButton, bool]:
+    """(state, whether to send TowerStop with state.number now).
+
+    is_driven  the car says that somebody or something drives it, or takes over: no car does whose STOP is not cleared
+    """
+    if state.state == "confirmed" and is_driven:
+        return cleared(state), False
     if state.state in ("", "confirmed"):
         return state, False
     if car_number is not None and not state.base_known:

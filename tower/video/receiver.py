@@ -76,6 +76,7 @@ class VideoReceiver:
         self.decoded: Counter[str] = Counter()  # pictures, by camera, since start
         self.replaced: Counter[str] = Counter()  # of them, replaced by a newer one before newest() fetched them
         self.withheld: Counter[str] = Counter()  # pictures that missed a part, or carried no stamp
+        self.refused = ""  # why the last offer came to nothing; "" when it was answered, or none was made
         self.sessions = 0  # answered by the car, since start
         self._newest_ns: int | None = None  # when the newest picture of any camera was decoded
         self._link, self._clock, self._ways = link, clock, ways
@@ -140,7 +141,9 @@ class VideoReceiver:
         connection = await receiving_connection(len(cameras), self._ways)
         offer = VideoOffer(sdp=connection.localDescription.sdp, cameras=cameras, watcher=self._watcher, operator=self._operator)
         answer = await asyncio.get_running_loop().run_in_executor(None, self._link.ask, "video_session", offer, _ASK_TIMEOUT_S)
-        refused = "the car did not answer" if answer is None else answer.rule or await take_answer(connection, answer.sdp)
+        refused = self.refused = (
+            "the car did not answer" if answer is None else answer.rule or await take_answer(connection, answer.sdp)
+        )
         if refused:
             log.info("no video session: %s", refused)
             await connection.close()

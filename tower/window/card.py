@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from math import degrees
 
+from tower.cockpit.override import is_held
 from tower.window.looks import known_mode
 from tower.window.sights import Sights
 from tower.window.views import CardView, Step, Tone
@@ -26,12 +27,14 @@ def card(sights: Sights) -> CardView | None:
     first = _stop(operator, mode) or _unfocused(sights, mode)
     if first is not None or mode is None or sights.status is None:
         return first
+    if mode is Mode.REMOTE:
+        return _succession(sights.status.message, operator, is_held(mode, sights.fresh_state))
     make = _BY_MODE.get(mode)
     return make(sights.status.message, operator) if make is not None else None
 
 
-def _succession(status: GatewayStatus, operator: OperatorStatus | None) -> CardView | None:
-    """To whoever drives, and to the next one; nobody else has anything to do."""
+def _succession(status: GatewayStatus, operator: OperatorStatus | None, held: bool) -> CardView | None:
+    """To whoever drives, and to the next one; nobody else has anything to do. held: by the guard, which Enter would pass."""
     said = status.succession
     if not said.operator or operator is None or operator.operator not in (said.operator, status.lease_holder):
         return None
@@ -48,7 +51,11 @@ def _succession(status: GatewayStatus, operator: OperatorStatus | None) -> CardV
             wheel_error_deg=_wheel_error_deg(operator),
             wheel_aligned=operator.wheel_phase in _ALIGNED,
         )
-    waiting = "Press Enter to pass the car on" if said.lease_epoch else f"Drive on: {said.operator}'s cockpit has not answered yet"
+    waits = (
+        (held, "Not now: something is close"),
+        (not said.lease_epoch, f"Drive on: {said.operator}'s cockpit has not asked yet"),
+    )
+    waiting = next((text for so, text in waits if so), "Press Enter to pass the car on")
     return CardView(
         title=f"{said.operator.upper()} TAKES OVER",
         tone=Tone.WARN,
@@ -156,7 +163,6 @@ _BY_MODE: dict[Mode, Callable[[GatewayStatus, OperatorStatus | None], CardView |
     Mode.HANDING_OVER: _handing_over,
     Mode.HANDING_BACK: _handing_back,
     Mode.AUTONOMOUS: _guard,
-    Mode.REMOTE: _succession,
 }
 
 

@@ -45,6 +45,8 @@ _STANDING_KNOWN_NS = 500_000_000  # older news of the speed do not allow a gear 
 class Video(Protocol):
     @property
     def replaced(self) -> Mapping[str, int]: ...  # decoded but never fetched, by camera
+    @property
+    def refused(self) -> str: ...  # why the car gives no pictures
     def newest(self, camera: str) -> Frame | None: ...
     def watch(self, cameras: tuple[str, ...]) -> None: ...
 
@@ -103,12 +105,13 @@ class DisplayLoop:
         player: Player,
         clock: Clock,
         vehicle_id: str = "",
+        operator_name: str = "",
         replay: str = "",
         checklist: bool = False,
         scan_out_ms: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """scan_out_ms: of this screen, delay and its bound"""
-        self._recording, self._vehicle_id = recording, vehicle_id
+        """operator_name: who sits here; scan_out_ms: of this screen, delay and its bound"""
+        self._recording, self._vehicle_id, self._operator_name = recording, vehicle_id, operator_name
         self._link, self._video, self._screen = link, video, screen
         self._writer, self._player, self._clock = writer, player, clock
         self._scan_out_ms = scan_out_ms
@@ -210,7 +213,8 @@ class DisplayLoop:
 
     def _another_drives(self, now_ns: int) -> bool:
         status, operator = self._levels["gateway_status"].get(), self._levels["operator_status"].get()
-        return status is not None and another_drives(status.message, fresh(operator, now_ns, OPERATOR_STALE_NS))
+        ours = fresh(operator, now_ns, OPERATOR_STALE_NS)
+        return status is not None and another_drives(status.message, ours, self._operator_name)
 
     def _learn_of_cameras(self, now_ns: int) -> None:
         description, state = self._levels["vehicle_description"].get(), self._levels["vehicle_state"].get()
@@ -295,6 +299,8 @@ class DisplayLoop:
             road_map=road_map.message if road_map is not None else None,
             description=description.message if description is not None else None,
             vehicle_id=self._vehicle_id,
+            operator_name=self._operator_name,
+            video_note=self._video.refused,
             keys=self._keys,
             focus=self._screen.focus or not self._screen.has_display,
             recording=self._recording,

@@ -103,7 +103,7 @@ def _enter(drive: _Drive, mode: Mode, another: bool, since_ns: int) -> None:
         drive.asked_ns = since_ns
     if mode in (Mode.SAFE_STOP, Mode.EMERGENCY_STOP):
         drive.stops += 1
-    if mode is Mode.REMOTE and drive.asked_ns is not None:
+    if mode is Mode.REMOTE and not another and drive.asked_ns is not None:
         drive.takeover_s = (*drive.takeover_s, max(since_ns - drive.asked_ns, 0) / 1e9)
     if mode not in (Mode.TAKEOVER_REQUESTED, Mode.HANDING_OVER):
         drive.asked_ns = None

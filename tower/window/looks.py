@@ -114,17 +114,24 @@ def known_mode(status: Received[GatewayStatus] | None, now_ns: int) -> Mode | No
     return status.message.mode
 
 
-def another_drives(status: GatewayStatus, operator: OperatorStatus | None) -> bool:
-    """Whether the car is driven from another cockpit than ours. None: ours does not answer, and nothing is known of its lease."""
-    driven = status.mode in (Mode.REMOTE, Mode.HANDING_BACK) and operator is not None
-    return driven and operator is not None and (status.lease_holder != operator.operator or not operator.lease_epoch)
+def another_drives(status: GatewayStatus, operator: OperatorStatus | None, name: str) -> bool:
+    """Whether the car is driven from another cockpit than ours.
+
+    operator  our cockpit's; None: it does not answer, and nothing is known of its lease
+    name      who sits here, as configured; "": not known, in a recording that is played
+    """
+    if status.mode not in (Mode.REMOTE, Mode.HANDING_BACK):
+        return False
+    if operator is None:
+        return bool(name) and status.lease_holder != name
+    return status.lease_holder != operator.operator or not operator.lease_epoch
 
 
-def look_at(status: Received[GatewayStatus] | None, operator: OperatorStatus | None, now_ns: int) -> Look:
-    """What frame and banner show now. operator: our cockpit's, while it is fresh."""
+def look_at(status: Received[GatewayStatus] | None, operator: OperatorStatus | None, name: str, now_ns: int) -> Look:
+    """What frame and banner show now. operator, name: as above."""
     mode = known_mode(status, now_ns)
     if mode is None or status is None:
         return WAITING if status is None else NO_LINK
-    if another_drives(status.message, operator):
+    if another_drives(status.message, operator, name):
         return replace(OTHER, words=OTHER.words.format(status.message.lease_holder.upper()))
     return LOOKS[mode]

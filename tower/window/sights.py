@@ -10,6 +10,7 @@ from tower.window.course import Motion
 from tower.window.drive_log import DriveLog
 from tower.window.forecast import Forecast
 from tower.window.keys import WindowKeys
+from tower.window.looks import another_drives
 from tower.window.picture_age import PictureSeen
 from tower.window.picture_layout import FRONT
 from tower.window.replay_ring import ReplayFrame
@@ -37,6 +38,7 @@ class Sights:
     planner: Received[PlannerView] | None = None
     road_map: RoadMap | None = None
     description: VehicleDescription | None = None
+    video_note: str = ""  # why the car gives no pictures, as it said; "" when it does, or has said nothing
     vehicle_id: str = ""  # of the car that is waited for, as configured
     pictures: Mapping[str, PictureSeen] = field(default_factory=dict)  # newest capture stamp by camera
     rear_wanted: bool = False
@@ -48,6 +50,7 @@ class Sights:
     log: DriveLog
     keys: WindowKeys = WindowKeys()
     focus: bool = True
+    operator_name: str = ""  # who sits here, as configured
     window_device: str = "keyboard"  # the one that the window reads, by its name
     recording: str = ""  # name of the session's folder
 
@@ -63,6 +66,11 @@ class Sights:
     @property
     def fresh_operator(self) -> OperatorStatus | None:
         return fresh(self.operator, self.now_ns, OPERATOR_STALE_NS)
+
+    @property
+    def another_drives(self) -> bool:
+        """The car is driven from another cockpit than ours."""
+        return self.status is not None and another_drives(self.status.message, self.fresh_operator, self.operator_name)
 
     @property
     def fresh_scene(self) -> Scene | None:

@@ -9,7 +9,7 @@ from tower.window.briefing import briefing
 from tower.window.camera_views import camera_views
 from tower.window.card import UNFOCUSED, card, focus_is_missed
 from tower.window.checks import CheckState
-from tower.window.looks import Driver, another_drives, known_mode, look_at
+from tower.window.looks import Driver, known_mode, look_at
 from tower.window.picture_age import PictureState, age_ns, picture_state
 from tower.window.road_model import road_view
 from tower.window.sights import Sights
@@ -80,7 +80,7 @@ def _picture(sights: Sights) -> PictureView:
     age = age_ns(sights.picture, sights.now_ns, sights.clock_offset_ns)
     old = seconds((age or 0) / 1e9)
     title, detail = {
-        PictureState.NONE: ("NO PICTURE", "Waiting for the camera"),
+        PictureState.NONE: ("NO PICTURE", sentence(sights.video_note) or "Waiting for the camera"),
         PictureState.LIVE: ("", ""),
         PictureState.LATE: ("", ""),
         PictureState.FROZEN: ("FROZEN", f"The picture is {old} old"),
@@ -89,7 +89,7 @@ def _picture(sights: Sights) -> PictureView:
 
 
 def _banner(sights: Sights, has_card: bool) -> BannerView:
-    look = look_at(sights.status, sights.fresh_operator, sights.now_ns)
+    look = look_at(sights.status, sights.fresh_operator, sights.operator_name, sights.now_ns)
     status = sights.status.message if sights.status is not None else None
     mode = known_mode(sights.status, sights.now_ns)
     if mode is None or status is None:
@@ -103,19 +103,20 @@ def _banner(sights: Sights, has_card: bool) -> BannerView:
     stopping = look.driver is Driver.STOPPING or mode is Mode.STOPPED
     said = status.cause.removeprefix("stands: ") if mode is Mode.STOPPED else status.cause  # the tab says so
     cause = sentence(status.failsafe if mode is Mode.REMOTE and status.failsafe else said)
+    hint = _hint(status, sights.fresh_operator, sights.another_drives)
     lost = sights.fresh_operator.device_note if sights.fresh_operator is not None else ""
     if lost and (stopping or mode is Mode.REMOTE):
-        return BannerView(look=look, cause=sentence(lost), hint=_hint(status, sights.fresh_operator), tone=Tone.BAD)
+        return BannerView(look=look, cause=sentence(lost), hint=hint, tone=Tone.BAD)
     return BannerView(
         look=look,
         cause="" if mode is Mode.REMOTE and not status.failsafe else cause,
-        hint=_hint(status, sights.fresh_operator),
+        hint=hint,
         tone=Tone.BAD if stopping or status.failsafe else Tone.CALM,
     )
 
 
-def _hint(status: GatewayStatus, operator: OperatorStatus | None) -> str:
-    if another_drives(status, operator):
+def _hint(status: GatewayStatus, operator: OperatorStatus | None, looks_on: bool) -> str:
+    if looks_on:
         return "You look on"
     held = dead_man_name(operator.device if operator is not None else "keyboard")
     take = (
@@ -344,8 +345,7 @@ def _toast(sights: Sights, picture: PictureView, shown: CardView | None) -> str:
 
 def _is_remote(sights: Sights) -> bool:
     """It is this operator who drives."""
-    remote = sights.status is not None and known_mode(sights.status, sights.now_ns) is Mode.REMOTE
-    return remote and sights.status is not None and not another_drives(sights.status.message, sights.fresh_operator)
+    return known_mode(sights.status, sights.now_ns) is Mode.REMOTE and not sights.another_drives
 
 
 def _end(sights: Sights) -> EndView | None:

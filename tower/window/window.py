@@ -51,6 +51,7 @@ def run(config: Path, stop: threading.Event) -> int:
         loop = DisplayLoop(
             recording=Path(wire.session.folder).name,
             vehicle_id=wire.link.vehicle_id,
+            operator_name="" if settings.replay else sections["tower"].cockpit.operator,
             full_screen=settings.full_screen,
             replay=settings.replay,
             scan_out_ms=(settings.scan_out_delay_ms, settings.scan_out_bound_ms),

@@ -6,12 +6,13 @@ its number goes on over restarts (the shell reads it back from
 the file). Content: StVFernLV Annex 3.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from msgspec.structs import replace
 
 from vehicle_gateway.audit.episodes import END_OF, Episode, Episodes, Seen, follow_up
 from vehicle_gateway.audit.position import MapOrigin, position_of
+from vehicle_gateway.authority import Event
 from vehicle_gateway.failsafe import RULES
 from vehicle_gateway.journal import Entry
 from vehicle_gateway.lease import Lease
@@ -24,6 +25,7 @@ from wire.messages.session import Outcome
 from wire.messages.vehicle import Actuation, Mode
 
 REMOTE = (Mode.REMOTE, Mode.HANDING_BACK)  # the operator drives until a hand-back is committed
+ENDS = (AuditKind.DRIVE_END, AuditKind.LEASE_LOST, *END_OF.values())
 ENDED = ("committed", "expired", "aborted")  # what becomes of a granted hand-over
 
 
@@ -76,10 +78,22 @@ def observe(trail: Trail, cycle: Entry, about: About) -> tuple[Trail, tuple[Audi
     trail, lasting = _follow(trail, cycle, began=trail.remote and bool(change), ended=bool(change) and not trail.remote)
     facts = (*_events(cycle), *lasting)
     during = replace(trail, remote=before.remote or trail.remote)  # what ends a drive belongs to it, and what begins one
-    ended = replace(trail, drive=before.drive)
+    if before.remote and trail.remote and change:
+        return trail, _changed_hands(before, trail, cycle, facts, change, about)
     told = [entry_of(fact, during, cycle.now_ns, about) for fact in facts]
-    changed = [entry_of(fact, trail if fact.kind is AuditKind.DRIVE_BEGIN else ended, cycle.now_ns, about) for fact in change]
+    changed = [entry_of(fact, trail, cycle.now_ns, about) for fact in change]
     return trail, (*changed, *told) if trail.remote else (*told, *changed)
+
+
+def _changed_hands(
+    before: Trail, trail: Trail, cycle: Entry, facts: Iterable[Fact], change: Iterable[Fact], about: About
+) -> tuple[AuditEntry, ...]:
+    """One drive ends and the next begins: what ended is told in the first one, by its operator, and the rest in the next."""
+    first = replace(trail, drive=before.drive, operator=cycle.before.lease.holder)
+    told = (*change, *facts)
+    ends = [entry_of(fact, first, cycle.now_ns, about) for fact in told if fact.kind in ENDS]
+    begins = [entry_of(fact, trail, cycle.now_ns, about) for fact in told if fact.kind not in ENDS]
+    return (*ends[1:], *ends[:1], *begins)  # the end of the drive is the last of it
 
 
 def start(
@@ -161,8 +175,29 @@ def _events(cycle: Entry) -> Iterator[Fact]:
     yield from _lease(cycle)
     for question, answer in zip(cycle.inputs.hand_over_requests, cycle.outputs.hand_over_replies, strict=True):
         if answer.outcome is Outcome.GRANTED:
-            yield Fact(kind=AuditKind.GRANT, subject=question.action, question=question.number, epoch=answer.lease_epoch)
+            yield Fact(
+                kind=AuditKind.GRANT,
+                subject=question.action,
+                question=question.number,
+                epoch=answer.lease_epoch,
+                operator=_asker(cycle, question.lease_epoch),
+            )
     yield from _changes(cycle)
+    yield from _succession(cycle)
+
+
+def _asker(cycle: Entry, epoch: int) -> str:
+    """Whose lease has, or had, this epoch; the holder for any other."""
+    leases = (cycle.before.successor.lease, cycle.after.successor.lease, cycle.before.lease, cycle.after.lease)
+    return next((lease.holder for lease in leases if lease.holder and lease.epoch == epoch), cycle.after.lease.holder)
+
+
+def _succession(cycle: Entry) -> Iterator[Fact]:
+    """A next operator who did not take over, and why; that he was named is the supervisor's order."""
+    before, after = cycle.before.successor, cycle.after.successor
+    if before.operator and not after.operator and Event.OPERATOR_CHANGED not in cycle.outputs.events:
+        text = cycle.after.lease_note or cycle.after.cause
+        yield Fact(kind=AuditKind.HAND_OVER, subject="expired", text=text, operator=before.operator, epoch=before.lease.epoch)
 
 
 def _request(cycle: Entry) -> Iterator[Fact]:
@@ -188,7 +223,9 @@ def _lease(cycle: Entry) -> Iterator[Fact]:
         return
     for kind, lease in ((AuditKind.LEASE_LOST, before), (AuditKind.LEASE, after)):
         if lease.holder:
-            text = cycle.after.lease_note if kind is AuditKind.LEASE_LOST else ""
+            succeeded = Event.OPERATOR_CHANGED in cycle.outputs.events
+            note = cycle.before.lease_note if succeeded else cycle.after.lease_note
+            text = note if kind is AuditKind.LEASE_LOST else ""
             yield Fact(kind=kind, text=text, operator=lease.holder, certificate=certificate_of(lease), epoch=lease.epoch)
 
 
@@ -232,7 +269,7 @@ def _refusals(cycle: Entry) -> Iterator[Seen]:
             yield Seen(AuditKind.REFUSAL, order.action, told.rule, who.operator or who.name)
     for question, answer in zip(cycle.inputs.hand_over_requests, cycle.outputs.hand_over_replies, strict=True):
         if answer.outcome is Outcome.REFUSED:
-            yield Seen(AuditKind.REFUSAL, question.action, answer.rule, cycle.after.lease.holder, question.number)
+            yield Seen(AuditKind.REFUSAL, question.action, answer.rule, _asker(cycle, question.lease_epoch), question.number)
 
 
 def _begin(episode: Episode) -> Fact:

@@ -60,9 +60,9 @@ class SenderLink(Protocol):
 class Wishes:
     """What the car says that matters to its cameras. Called on the link's threads."""
 
-    def __init__(self, link: SenderLink, note_driver: Callable[[str], None]) -> None:
-        """note_driver: told when another operator holds the lease."""
-        self._note_driver, self._driver = note_driver, ""
+    def __init__(self, link: SenderLink, note_wanted: Callable[[tuple[str, ...]], None]) -> None:
+        """note_wanted: told who holds the lease and who is next, when that changes."""
+        self._note_wanted, self._wanted = note_wanted, tuple[str, ...]()
         self._rear_ns: int | None = None
         self._speed: tuple[float, int] | None = None  # m/s, and when the car measured it
         self._control = ControlLoops()
@@ -76,9 +76,10 @@ class Wishes:
             self._rear_ns = received_ns
 
     def _hear_status(self, status: GatewayStatus, received_ns: int) -> None:
-        if status.lease_holder != self._driver:
-            self._driver = status.lease_holder
-            self._note_driver(self._driver)
+        wanted = tuple(name for name in (status.lease_holder, status.succession.operator) if name)
+        if wanted != self._wanted:
+            self._wanted = wanted
+            self._note_wanted(wanted)
 
     def _hear_health(self, health: LoopHealth, received_ns: int) -> None:
         self._control = hear(self._control, health)

@@ -2,7 +2,7 @@
 
 The offer and the answer travel over the authenticated link and carry the DTLS fingerprints, so whoever answers the
 handshake is who the link says. It decides nothing about pictures: it hands the coded ones to the tracks of every watcher.
-Nobody is pushed out by somebody else; a place comes free when its watcher goes or falls silent.
+A place comes free when its watcher goes or falls silent; who drives or is next takes that of one who only looks on.
 """
 
 import asyncio
@@ -58,7 +58,7 @@ class VideoSessions:
         self._silent_s = silent_s
         self._one_at_a_time = asyncio.Lock()
         self._watchers: Mapping[str, Watcher] = {}  # never changed, only replaced: cameras' threads read it
-        self._driver = ""  # who holds the lease
+        self._wanted: tuple[str, ...] = ()  # who holds the lease, and who is next
         self._closing: set[asyncio.Task[None]] = set()
 
     @property
@@ -78,10 +78,10 @@ class VideoSessions:
             if track is not None:
                 track.put(picture, now_ns)
 
-    def follow(self, operator: str) -> None:
-        """Who holds the lease of the car now: his window's path decides what the pictures may use."""
+    def follow(self, wanted: tuple[str, ...]) -> None:
+        """Who holds the lease of the car now, and who is next: the first one's path decides what the pictures may use."""
         with suppress(RuntimeError):  # the loop is closed
-            self._loop.call_soon_threadsafe(self._follow, operator)
+            self._loop.call_soon_threadsafe(self._follow, wanted)
 
     def answer(self, offer: VideoOffer) -> VideoAnswer:
         """The answer to an offer, or the rule that refuses it. Blocks for some 20 ms; not on the loop's own thread."""
@@ -108,15 +108,21 @@ class VideoSessions:
             except BaseException:
                 await watcher.connection.close()
                 raise
-            self._serve(watcher)
+            self._serve(watcher, self._looker_on(offer))
             return str(watcher.connection.localDescription.sdp)
 
     def _refuse(self, offer: VideoOffer) -> None:
         unknown = [camera for camera in offer.cameras if camera not in self._feedback]
         if unknown or not offer.cameras:
             raise OfferRefused(f"unknown cameras {unknown}; this car has {', '.join(self._feedback)}")
-        if offer.watcher not in self._watchers and len(self._watchers) >= WATCHERS_MAX:
+        if offer.watcher not in self._watchers and len(self._watchers) >= WATCHERS_MAX and self._looker_on(offer) is None:
             raise OfferRefused(f"{WATCHERS_MAX} windows watch this car already; close one, and its place is free")
+
+    def _looker_on(self, offer: VideoOffer) -> Watcher | None:
+        """Whose place somebody takes who drives, or is next: that of one who is neither."""
+        if offer.operator not in self._wanted or offer.watcher in self._watchers or len(self._watchers) < WATCHERS_MAX:
+            return None
+        return next((one for one in self._watchers.values() if one.operator not in self._wanted), None)
 
     async def _negotiate(self, watcher: Watcher, offer: VideoOffer) -> None:
         connection = watcher.connection
@@ -133,9 +139,11 @@ class VideoSessions:
     def _heard(self, watcher: Watcher) -> None:
         watcher.heard_s = self._loop.time()
 
-    def _serve(self, watcher: Watcher) -> None:
+    def _serve(self, watcher: Watcher, displaced: Watcher | None) -> None:
         """The new connection is served at once; the watcher's old one closes in its own time."""
         old = self._watchers.get(watcher.name)
+        if displaced is not None:
+            self._end(displaced, "its place is wanted by who drives or is next")
         self._watchers = {**self._watchers, watcher.name: watcher}
         if old is not None:
             log.info("video: a new session of a watcher replaces its old one")
@@ -148,13 +156,13 @@ class VideoSessions:
         self._heard(watcher)
         self._look(watcher)
 
-    def _follow(self, operator: str) -> None:
-        self._driver = operator
+    def _follow(self, wanted: tuple[str, ...]) -> None:
+        self._wanted = wanted
         self._lead()
 
     def _lead(self) -> None:
         """The window of whoever drives leads; while there is none, whoever has watched longest."""
-        driver = next((one for one in self._watchers.values() if one.operator and one.operator == self._driver), None)
+        driver = next((one for one in self._watchers.values() if one.operator in self._wanted[:1]), None)
         if driver is not None:
             for camera in driver.tracks:
                 self._feedback[camera].note_leader(driver.name)
