@@ -15,12 +15,12 @@ ifdef ARGS
 	$(BIN)/pytest $(ARGS)
 else
 	$(BIN)/pytest -n 3 --dist loadfile --ignore=tests/drives
-	$(BIN)/pytest tests/drives
+	$(BIN)/pytest -rs tests/drives
 endif
 
 # Whole drives that take a minute and more each; not part of `make test`.
 drives: setup
-	$(BIN)/pytest -m long $(ARGS)
+	$(BIN)/pytest -rs -m long $(ARGS)
 
 # Thousands of made-up stories of one gateway among enemies (a quarter of an hour).
 test-deep: setup
