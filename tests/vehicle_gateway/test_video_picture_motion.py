@@ -340,7 +340,7 @@ def test_a_file_is_not_compared_with_the_car() -> None:
 
 def test_the_speed_is_the_cars_own_and_unknown_when_its_feedback_is_old() -> None:
     heard: dict[str, Callable[[VehicleState, int], None]] = {}
-    wishes = Wishes(SimpleNamespace(on=heard.__setitem__))  # type: ignore[arg-type]
+    wishes = Wishes(SimpleNamespace(on=heard.__setitem__), lambda _: None)  # type: ignore[arg-type]
     assert wishes.speed_m_s(0) is None
     heard["vehicle_state"](replace(STATE, feedback_age_ms=50.0), 1_000_000_000)
     assert wishes.speed_m_s(1_150_000_000) == STATE.speed_m_s
