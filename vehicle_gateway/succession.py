@@ -98,7 +98,7 @@ def refuse_driver(state: State, now_ns: int, limits: AuthorityLimits) -> str:
     failing = [RULES[cause].text for cause in state.causes if RULES[cause].response > Response.WARN]
     rules = (
         (state.authority.mode is not Mode.REMOTE, "only while the other operator drives"),
-        (not is_agreed(state, now_ns), f"{state.lease.holder} has not passed the car on yet"),
+        (not is_agreed(state, now_ns), f"{state.lease.holder} has not passed the car on"),
         (brakes, f"{state.lease.holder} brakes: not now"),
         (bool(failing), f"{state.lease.holder} cannot now: {'; '.join(failing)}"),
     )

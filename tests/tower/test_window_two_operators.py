@@ -10,7 +10,7 @@ from tower.window.views import ViewModel
 from wire.messages.vehicle import GatewayStatus, Mode, Succession
 
 NOBODY = Succession()
-NAMED = Succession(operator="Ben", lease_epoch=8, agreed=False, refused="Anna has not passed the car on yet", remaining_s=30.0)
+NAMED = Succession(operator="Ben", lease_epoch=8, agreed=False, refused="Anna has not passed the car on", remaining_s=30.0)
 AGREED = replace(NAMED, agreed=True, refused="")
 
 
@@ -63,14 +63,14 @@ def test_the_next_operator_is_led_to_the_take_over_and_the_driver_to_passing_the
     assert his.card is not None and hers.card is not None and driven_by_anna("Cleo", 0, NAMED).card is None
     assert (his.card.title, hers.card.title) == ("TAKE OVER FROM ANNA", "BEN TAKES OVER")
     assert hers.card.action == "Press Enter to pass the car on" and hers.card.remaining_text == "30.0 s left"
-    assert (his.card.remaining_share, his.operator.lease) == (0.5, "Next for the car, held by Anna")
+    assert (his.card.remaining_share, his.operator.lease) == (0.5, "Next after Anna")
     assert his.briefing is not None and hers.briefing is None
 
 
 def test_what_is_missing_for_a_change_of_operators_stands_in_both_windows() -> None:
     ready = {"dead_man": True, "armed": True, "wheel_phase": "ready", "operator": "Ben", "lease_epoch": 8}
     for named, his, hers, note in (
-        (NAMED, "Not yet: Anna has not passed the car on yet", "Press Enter to pass the car on", ""),
+        (NAMED, "Not yet: Anna has not passed the car on", "Press Enter to pass the car on", ""),
         (replace(AGREED, refused="align the wheel"), "Not yet: align", "Drive on until Ben", "Ben: align"),
         (AGREED, "Press Enter to take over", "Drive on until Ben has it", ""),
         (replace(NAMED, lease_epoch=0), "Not yet", "Drive on: Ben's cockpit has not asked yet", ""),

@@ -139,7 +139,7 @@ AGREED = replace(BOB, agreed_ns=NOW)
     [
         (state(successor=AGREED), ""),
         (state(M.HANDING_BACK, successor=AGREED), "only while the other operator drives"),
-        (state(), "ann has not passed the car on yet"),
+        (state(), "ann has not passed the car on"),
         (state(successor=AGREED, command=drive_command(acceleration_m_s2=-0.99)), ""),
         (state(successor=AGREED, command=drive_command(acceleration_m_s2=-1.0)), "ann brakes: not now"),
         (state(successor=AGREED, command=None), ""),

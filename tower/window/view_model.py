@@ -301,7 +301,7 @@ def _operator(sights: Sights) -> OperatorView:
 def _lease(status: GatewayStatus, operator: OperatorStatus, car: str) -> tuple[str, Tone]:
     """With the car's id: there may be several to drive."""
     if status.succession.operator == operator.operator and operator.lease_epoch:
-        return f"Next for {car}, held by {status.lease_holder}", Tone.GOOD
+        return f"Next after {status.lease_holder}", Tone.GOOD
     if 0 < operator.lease_epoch == status.lease_epoch and status.lease_holder == operator.operator:
         left_s = status.certificate_left_s
         if left_s is not None and left_s < _CERTIFICATE_WARN_S:
