@@ -133,8 +133,9 @@ class Ecu:
 class Tower:
     """A cockpit of 100 Hz with a picture that is always new, on the same machine and so on the same clock."""
 
-    def __init__(self, link: Any, video: Any, signer: Signer) -> None:
-        self.link, self.video, self.signer = link, video, signer
+    def __init__(self, link: Any, video: Any, signer: Signer, operator: str = "ann") -> None:
+        """video: speaks for the front camera; None where another tower's does."""
+        self.link, self.video, self.signer, self.operator = link, video, signer, operator
         self.status: GatewayStatus | None = None
         self.state = link.level("vehicle_state")
         link.on("gateway_status", self._told)
@@ -150,16 +151,15 @@ class Tower:
         return None if self.status is None else self.status.mode
 
     def ask_lease(self) -> LeaseReply:
-        def answered() -> LeaseReply | None:
-            if self.status is None:
-                return None
-            heard = {"echoed_vehicle_ns": self.status.stamp_ns, "echoed_boot_id": self.status.boot_id}
-            question = LeaseRequest(operator="ann", session="s1", sent_ns=1, **heard)
-            reply = self.link.ask("lease", self.signer.sign(question), 0.5)
-            return reply if isinstance(reply, LeaseReply) and reply.granted else None
-
-        self.lease = until(answered)
+        self.lease = until(lambda: reply if (reply := self.ask_lease_once()) and reply.granted else None)
         return self.lease
+
+    def ask_lease_once(self) -> LeaseReply | None:
+        if self.status is None:
+            return None
+        heard = {"echoed_vehicle_ns": self.status.stamp_ns, "echoed_boot_id": self.status.boot_id}
+        question = LeaseRequest(operator=self.operator, session=f"{self.operator} 1", sent_ns=1, **heard)
+        return self.link.ask("lease", self.signer.sign(question), 0.5)
 
     def ask(self, action: Action) -> Any:
         assert self.lease is not None
@@ -180,7 +180,7 @@ class Tower:
     def send(self, stop: threading.Event) -> None:
         while not stop.wait(0.01):
             now_ns = Clock().now_ns()
-            if self.sequence % 20 == 0:
+            if self.sequence % 20 == 0 and self.video is not None:
                 self.video.publish(
                     "camera_status",
                     CameraStatus(
