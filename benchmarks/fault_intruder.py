@@ -11,7 +11,8 @@ import msgspec
 
 from benchmarks.fault_arms import Arm, Armed, End, Finding, nothing
 from benchmarks.fault_commands import Used
-from benchmarks.intruder import READY, Followed
+from benchmarks.intruder import Followed
+from benchmarks.intruder_tower import READY
 from benchmarks.rig import RigError
 from benchmarks.two_machines import Listener
 from benchmarks.warm_rig import WarmRig, log_in, run_in, wait_for_line

@@ -20,7 +20,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +29,8 @@ from msgspec.structs import replace
 
 from benchmarks.cycle_messages import command
 from benchmarks.fault_commands import FAR
+from benchmarks.intruder_tower import another_tower, beside, looking_on, wait_for_the_word
 from tower.cockpit.lease_client import request
-from tower.settings import TowerSettings
-from tower.video.receiver import VideoReceiver
-from tower.window.picture_layout import FRONT
 from vehicle_gateway.can import e2e
 from vehicle_gateway.can.actuator_codec import DemandState, decode_demand
 from vehicle_gateway.can.bus import Bus, open_bus
@@ -42,7 +40,6 @@ from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.certificates import folder_of
 from wire.clock import Clock
 from wire.configuration import read_sections
-from wire.ice import ways
 from wire.identity import signer_of
 from wire.latest import Latest
 from wire.link import Link, open_link
@@ -50,8 +47,7 @@ from wire.messages.automation import AutonomyStatus, Doubt, Reason, TakeoverRequ
 from wire.messages.session import Action, HandOverRequest
 from wire.messages.vehicle import GatewayStatus, Mode, VehicleDescription
 from wire.pace import Pace
-from wire.ports import free_udp_ports
-from wire.settings import LinkSettings, WireSettings
+from wire.settings import WireSettings
 from wire.signature import sign
 from wire.topics import COCKPITS, Role
 
@@ -59,7 +55,6 @@ FLOOD_HZ, BURST = 10_000, 100
 JUNK = b'{"lease_epoch": 1, "sequence": NaN}' * 4
 AHEAD_NS = 30_000_000  # always newer than the genuine one
 ASK_S = 0.4  # for an answer
-READY, LOOK_S = "ready", 0.01
 BUDGET_S = 20.0  # longer than the operator is waited for between two requests
 NOTHING_ASKED: dict[str, Any] = {"doubt": Doubt.NOMINAL, "request": None}
 Tick = Callable[[int, int], None]  # number, now_ns
@@ -208,34 +203,6 @@ def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
             tick(number, now_ns)
 
 
-def beside(config: Path) -> LinkSettings:
-    """Those of another tower: at the cockpit's own hub nobody else speaks as it."""
-    (port,) = free_udp_ports(1)
-    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
-    return replace(wire.link, tower_hub=f"127.0.0.1:{port}")
-
-
-def another_tower(settings: LinkSettings, config: Path, clock: Clock, stop: threading.Event) -> AbstractContextManager[Link]:
-    """A hub of its own that dials the car with the cockpit's certificate."""
-    device = read_sections(config, {"tower": TowerSettings})["tower"].cockpit.device
-    return open_link(settings, Role.TOWER_SCRIPT if device == "scripted" else Role.TOWER_HUB, clock, stop, hub=True)
-
-
-def looking_on(config: Path, stop: threading.Event) -> int:
-    """How many pictures another tower's window decoded."""
-    clock, settings = Clock(), beside(config)
-    servers = ways(read_sections(config, {"wire": WireSettings})["wire"].ice)
-    with (
-        another_tower(settings, config, clock, stop),
-        open_link(settings, Role.WINDOW, clock, stop) as link,
-        VideoReceiver(link, clock, (), servers, "a looker-on") as video,
-    ):
-        wait_for_the_word(stop)
-        video.watch((FRONT,))
-        stop.wait()
-        return video.decoded[FRONT]
-
-
 class Followed(msgspec.Struct):
     """What the ECU made of it."""
 
@@ -285,15 +252,6 @@ def on_the_bus(config: Path, stop: threading.Event) -> Followed:
         loose.set()
         stop.wait()
     return told
-
-
-def wait_for_the_word(stop: threading.Event) -> None:
-    """Ready. Begins with SIGUSR1, or is ended before."""
-    word = threading.Event()
-    signal.signal(signal.SIGUSR1, lambda *_: word.set())
-    print(READY, flush=True)
-    while not word.wait(LOOK_S) and not stop.is_set():
-        pass
 
 
 def main(kind: str, config: Path) -> int:

@@ -189,7 +189,7 @@ class Inbox:
             next_command=next_command.command if next_command else None,
             next_command_ns=next_command.received_ns if next_command else 0,
             next_shown_ns=next_command.shown_ns if next_command else {},
-            successor_revoked=self._verifier.is_revoked(next_certificate),
+            next_revoked=self._verifier.is_revoked(next_certificate),
         )
         return inputs, Replies(
             lease=[reply for _, _, reply in leases],

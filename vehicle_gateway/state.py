@@ -88,7 +88,7 @@ class Inputs(Message):
     next_command: DriveCommand | None = None  # of the next operator: it drives nothing
     next_command_ns: TimeNs = 0
     next_shown_ns: dict[Name, TimeNs] = {}
-    successor_revoked: bool = False  # the next operator's certificate is on the list of the revoked
+    next_revoked: bool = False  # the next operator's certificate is on the list of the revoked
 
 
 class Picture(Message):

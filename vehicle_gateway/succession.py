@@ -43,7 +43,7 @@ def attend(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescriptio
     successor, command = state.successor, inputs.next_command
     if not successor.operator:
         return state
-    over = why_over(state, inputs.successor_revoked, now_ns)
+    over = why_over(state, inputs.next_revoked, now_ns)
     if over:
         return replace(state, successor=Successor(), lease_note=over)
     if command is None or command.lease_epoch != successor.lease.epoch:

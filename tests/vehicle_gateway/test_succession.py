@@ -62,7 +62,7 @@ def state(mode: Mode = M.REMOTE, **changes: object) -> State:
 )
 def test_when_and_why_the_next_operator_is_none_any_more(found: State, revoked: bool, now_ns: int, why: str):
     assert why_over(found, revoked, now_ns) == why
-    after = attend(found, Inputs(successor_revoked=revoked), now_ns, CAR, LIMITS)
+    after = attend(found, Inputs(next_revoked=revoked), now_ns, CAR, LIMITS)
     assert after == (replace(found, successor=Successor(), lease_note=why) if why else found)
 
 

@@ -2,8 +2,7 @@
 
 Looks at what a cycle started from, took in, gave and left; adds nothing of its own. A remote drive lasts from the cycle in which
 the operator begins to drive to the one in which he no longer does, and where another one takes over from him the next drive begins;
-its number goes on over restarts (the shell reads it back from
-the file). Content: StVFernLV Annex 3.
+its number goes on over restarts (the shell reads it back from the file). Content: StVFernLV Annex 3.
 """
 
 from collections.abc import Iterable, Iterator

@@ -5,10 +5,10 @@ Google Congestion Control (S. Holmer et al., draft-ietf-rmcat-gcc-02, section 6)
 below 2 % it rises by 5 %, in between it stays. A link that is too narrow and not adapted to costs seconds of delay, so a
 session starts at half the rate and rises by a quarter per report until the first loss.
 
-Several watchers get the same pictures. Who drives leads: never more is sent than his path carries. (While the window of none of
-them is his who drives, whoever has watched longest leads.) The others count
-down to half of the ceiling, which is what every session starts with: enough to follow a next driver whose path is somewhat
-narrower, and all that one who only looks on, over a bad link, can take from the driver.
+Several watchers get the same pictures. Who drives leads: never more is sent than his path carries. (While none of the windows is
+his, whoever has watched longest leads.) The others count down to half of the ceiling, which is what every session starts with:
+enough to follow a next driver whose path is somewhat narrower, and all that one who only looks on, over a bad link, can take from
+the driver.
 """
 
 from collections.abc import Mapping
