@@ -25,7 +25,12 @@ SUBJECTS = (
     _gateway("gate", "limits", "gate_names", "gate"),
     _gateway("lease", "lease_asker", "lease_commands", "lease"),
     Subject(
-        "vehicle_gateway/succession.py", ("tests/vehicle_gateway/test_succession.py", "tests/safety/test_next_operator_rules.py")
+        "vehicle_gateway/succession.py",
+        (
+            "tests/vehicle_gateway/test_succession.py",
+            "tests/safety/test_next_operator_rules.py",
+            "tests/safety/test_next_operator_leases.py",
+        ),
     ),
     _gateway("hand_over", "limits", "hand_over_words", "hand_over"),
     _gateway("can/e2e", "can_e2e", "can_e2e_both_ways"),

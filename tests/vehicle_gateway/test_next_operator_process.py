@@ -1,7 +1,7 @@
 """A change of operators with the real gateway, ECU and plant, two towers with hubs and keys of their own, and `tower supervise`.
 
 The towers are this test's: their commands tell of pictures that nobody filmed, which is all that is made up. With real cockpits,
-windows and cameras: tests/drives/test_two_operators.py, which wants two quiet cores.
+windows and cameras: tests/long_drives/test_two_operators.py, which wants two quiet cores.
 """
 
 import subprocess
