@@ -4,7 +4,7 @@ import time
 import pytest
 
 from tower.demo.crew import Member, crew
-from tower.demo.demo import PASSED, SILENT_S, START_PATIENCE_S, late, missing_files, over
+from tower.demo.demo import PASSED, SILENT_S, START_PATIENCE_S, failed, late, missing_files, over, with_slow_machine
 from tower.demo.session import choose, write_session
 from tower.demo.story import Story
 from wire.configuration import ConfigurationError, shipped
@@ -81,3 +81,12 @@ def test_a_wrong_type_or_name_in_the_configuration_is_one_clear_error(tmp_path, 
     config.write_text(text)
     with pytest.raises(ConfigurationError):
         choose(config, "", "")
+
+
+def test_a_drive_that_failed_on_a_machine_that_could_not_keep_up_says_so_with_what_to_do():
+    slow, quick = {"cameras": {"front": {"halved_s": 3.0}}}, {"cameras": {"front": {"halved_s": 0.0}}}
+    told = with_slow_machine(failed("the goal was not reached"), slow)
+    assert told.code == 1 and "the goal was not reached; this machine could not keep up" in told.text and "--config" in told.text
+    for summary in (quick, None):
+        assert with_slow_machine(failed("the goal was not reached"), summary) == failed("the goal was not reached")
+    assert with_slow_machine(PASSED, slow) == PASSED

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -68,10 +69,19 @@ def run(config: Path, stop: threading.Event, choices: Choices) -> int:
     summary = summarize(folder, console)
     if summary is not None:
         console.print(table_of(summary, folder))
-    verdict = missing_files(verdict, folder, story.was_remote)
+    verdict = with_slow_machine(missing_files(verdict, folder, story.was_remote), summary)
     if verdict.text:
         console.print(verdict.text, style="bold red" if verdict.code == FAILED else "yellow")
     return verdict.code
+
+
+def with_slow_machine(verdict: Verdict, summary: dict[str, Any] | None) -> Verdict:
+    """A drive that failed while its cameras had nothing left to give up says so, with what to do."""
+    slow = summary is not None and any(camera.get("halved_s") for camera in summary["cameras"].values())
+    if verdict.code == 0 or not slow:
+        return verdict
+    fix = "end what else runs on it, or give it smaller pictures: [[vehicle.cameras]] in a copy of simulated.toml, with --config"
+    return Verdict(verdict.code, f"{verdict.text}; this machine could not keep up with the pictures: {fix}")
 
 
 def missing_files(verdict: Verdict, folder: Path, was_remote: bool) -> Verdict:
