@@ -71,7 +71,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     boot_id = secrets.token_hex(8)
     fifo, served = wire.pace.fifo_priority, beneath(wire.pace.fifo_priority)
     with (
-        Memory(file) as memory,
+        Memory(file, served) as memory,
         open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True, fifo_priority=served) as link,
         Verifier(link_settings, utc_minus_monotonic_ns()) as verifier,
     ):

@@ -41,13 +41,14 @@ from vehicle_gateway.can.ecu_codec import (
 from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.settings import CanSettings
 from vehicle_gateway.failsafe import RULES
+from vehicle_gateway.memory import Remembered
 from wire import certificates
 from wire.authority import issue
 from wire.clock import Clock
 from wire.configuration import shipped
 from wire.identity import Signer, signer_of
 from wire.link import open_link
-from wire.messages.audit import AuditKind
+from wire.messages.audit import AuditEntry, AuditKind
 from wire.messages.base import Gear
 from wire.messages.operating import TowerStop
 from wire.messages.sensing import CameraStatus
@@ -99,6 +100,15 @@ class Site:
             f"[vehicle_gateway.can]\nport = {self.can.port}",
         )
         self.config.write_text("\n".join(lines), encoding="utf-8")
+
+    def remembered(self) -> Remembered:
+        return msgspec.json.decode(self.memory.read_bytes(), type=Remembered)
+
+    def told(self) -> list[AuditEntry]:
+        return [each.entry for each in readable(read_lines(audit_file(self.memory)))]
+
+    def ended_drives(self) -> int:
+        return sum(bool(drive.end_cause) for drive in remote_drives(self.told()))
 
     def start(self) -> subprocess.Popen[str]:
         return subprocess.Popen([*PROGRAM, str(self.config)], stderr=subprocess.PIPE, text=True)
@@ -268,7 +278,7 @@ def silent(ecu: Ecu) -> bool:
     return len(ecu.commands) == heard
 
 
-def test_a_drive_from_standby_to_remote_a_forger_a_silence_and_a_kill(around):
+def test_a_drive_from_standby_to_remote_a_forger_a_silence_and_a_kill(around, site: Site):
     """One story for one start of everything: a real link and a real bus take a second to come up."""
     tower, ecu, start = around
     process = start()
@@ -295,6 +305,7 @@ def test_a_drive_from_standby_to_remote_a_forger_a_silence_and_a_kill(around):
     tower.silent = True  # and now the same with silence
     until(lambda: tower.mode() is Mode.STOPPED)
     tower.silent = False
+    until(lambda: site.remembered().stop_latched and site.ended_drives() == 2)  # kept by threads of their own
 
     used, boot_id = tower.lease.epoch, tower.status.boot_id
     process.send_signal(signal.SIGSTOP)  # hung: nothing goes on for it, neither the kernel nor a thread of its own
@@ -320,7 +331,7 @@ def test_the_audit_trail_of_that_story_is_whole_and_numbers_its_drives(site: Sit
     lines = read_lines(audit_file(site.memory))
     authority = x509.load_pem_x509_certificate((Path(site.link.certificates) / "authority.pem").read_bytes())
     assert verify(lines, authority).problems == ()
-    entries = [each.entry for each in readable(lines)]
+    entries = site.told()
     drives = remote_drives(entries)
     assert [(drive.number, drive.operator) for drive in drives] == [(1, "ann"), (2, "ann")]
     operator_lost = {rule.text for rule in RULES.values() if rule.event is Event.OPERATOR_LOST}
@@ -351,7 +362,7 @@ def test_stop_needs_no_lease_and_a_gateway_asked_to_end_ends_soon_and_well(aroun
     last = len(ecu.commands)
     threading.Event().wait(0.05)
     assert len(ecu.commands) == last, "somebody went on commanding the car"
-    told = [each.entry for each in readable(read_lines(audit_file(site.memory)))]
+    told = site.told()
     assert [entry.kind for entry in told[-2:]] == [AuditKind.END, AuditKind.HEAD]
     assert any(entry.kind is AuditKind.STOP and entry.question == 17 for entry in told)
     assert any((entry.kind, entry.subject) == (AuditKind.DROPPED, "command signature") for entry in told)

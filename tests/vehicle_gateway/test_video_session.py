@@ -110,13 +110,13 @@ class Window:
 
 @contextmanager
 def filming(silent_s: float = SILENT_S) -> Iterator[tuple[VideoSessions, Told, Told]]:
-    """A car that sends the same key picture 30 times a second: a receiver reports only on what it receives."""
+    """A car that sends the same key picture ten times a second: a receiver reports only on what it receives."""
     told, halt = {name: Told() for name in CAMERAS}, threading.Event()
     annex_b = Encoder(camera("front"), VideoSettings()).encode(from_bgr(np.full((180, 320, 3), 90, np.uint8)), 0).annex_b
     pictures = [EncodedPicture(camera=name, capture_ns=1, sequence=1, is_idr=True, annex_b=annex_b) for name in CAMERAS]
 
     def film(sessions: VideoSessions) -> None:
-        while not halt.wait(1 / 30):
+        while not halt.wait(0.1):
             for picture in pictures:
                 sessions.show(picture, Clock().now_ns())
 
