@@ -169,6 +169,29 @@ def test_sixty_pictures_are_shown_and_reported_each_once_with_its_stamps() -> No
         assert not status.frozen
 
 
+class SlowScreen(ScreenInMemory):
+    """A machine that draws for 100 ms."""
+
+    def __init__(self, stage: "Stage") -> None:
+        super().__init__()
+        self._stage = stage
+
+    def flip(self) -> None:
+        super().flip()
+        self._stage.now_ns += 100 * MS
+
+
+def test_a_window_that_draws_slowly_rests_as_long_between_two_drawings_of_the_same_picture_but_not_before_a_new_one() -> None:
+    stage = Stage()
+    stage.run(40)
+    stage.loop._screen = SlowScreen(stage)
+    for pictures, drawings in ((False, 10), (True, 19)):
+        begun_ns, before = stage.now_ns, stage.loop._screen.flips
+        while stage.now_ns < begun_ns + 2000 * MS:
+            stage.run(4, pictures=pictures)
+        assert abs(stage.loop._screen.flips - before - drawings) <= 1
+
+
 def test_the_window_tells_the_delay_of_its_screen_with_what_it_shows() -> None:
     stage = Stage(scan_out_ms=(33.0, 25.0))
     stage.run(320)

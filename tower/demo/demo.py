@@ -71,7 +71,7 @@ def run(config: Path, stop: threading.Event, choices: Choices) -> int:
         console.print(table_of(summary, folder))
     verdict = with_slow_machine(missing_files(verdict, folder, story.was_remote), summary)
     if verdict.text:
-        console.print(verdict.text, style="bold red" if verdict.code == FAILED else "yellow")
+        console.print(verdict.text, style="bold red" if verdict.code == FAILED else "yellow", markup=False)
     return verdict.code
 
 

@@ -38,7 +38,7 @@ from wire.rear_view import is_rear_asked_for, is_rear_wanted
 from wire.road import Road
 
 _INPUT_NS = 1_000_000_000 // 60
-_REDRAW_NS = 40_000_000  # without a new picture
+_REDRAW_NS = 40_000_000  # without a new picture; later where drawing takes long: it must not take what the next picture needs
 _STANDING_KNOWN_NS = 500_000_000  # older news of the speed do not allow a gear change
 
 
@@ -129,7 +129,7 @@ class DisplayLoop:
         self._checks = Checks() if checklist else None
         self._check_items: tuple[Check, ...] = ()
         self._heard_ns: dict[str, int] = {}
-        self._drawn_ns = 0
+        self._redraw_ns = 0  # when it is drawn again without a new picture
         self._shown_capture_ns: dict[str, int] = {}  # by camera
         self._bars = 0  # of link quality, as shown last
         self._sequence = 0
@@ -161,7 +161,7 @@ class DisplayLoop:
         """A new front picture is drawn at once; a new side picture waits for it, unless it is late."""
         front = frames.get(FRONT)
         is_new = front is not None and front.capture_ns != self._shown_capture_ns.get(FRONT)
-        return is_new or now_ns - self._drawn_ns >= _REDRAW_NS
+        return is_new or now_ns >= self._redraw_ns
 
     def _read_keys(self, now_ns: int) -> None:
         presses = self._screen.presses()
@@ -273,7 +273,8 @@ class DisplayLoop:
         if self._replay is not None:
             self._replay.draw(self._screen.front_surface)
         self._screen.flip()
-        self._drawn_ns, self._bars = now_ns, model.link.bars
+        drawn_ns = self._clock.now_ns()
+        self._redraw_ns, self._bars = max(now_ns + _REDRAW_NS, drawn_ns + (drawn_ns - now_ns)), model.link.bars
         return model
 
     def _sights(self, now_ns: int) -> Sights:

@@ -22,7 +22,7 @@ from wire.clock import Clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
-from wire.link_threads import beneath, for_pictures, threads_with
+from wire.link_threads import for_pictures, threads_with
 from wire.logs import fields
 from wire.messages.vehicle import CameraCalibration, VehicleDescription
 from wire.pace import share_interpreter
@@ -48,7 +48,8 @@ def run(config: Path, stop: threading.Event) -> int:
     clock = Clock()
     drawn = tuple(camera for camera in vehicle.cameras if choices[camera.name].kind == "simulated")
     with (
-        painters(drawn, _renderers(gateway.simulation.scenario, vehicle), beneath(fifo)) as drawing,  # before the link has threads
+        # before the link has threads; ranked like the window: beneath it, a window without a new picture keeps it from painting one
+        painters(drawn, _renderers(gateway.simulation.scenario, vehicle), fifo) as drawing,
         ExitStack() as stack,
     ):
         with threads_with(fifo):
