@@ -68,7 +68,7 @@ def open_link(
         warn_of_unnamed(settings, role)
     link = Link(session, settings.vehicle_id, role, clock)
     try:
-        with told_why(tls_of(settings, role), places, lambda: link.sites):
+        with told_why(tls_of(settings, role), places, lambda: link.sites, fifo_priority=fifo_priority):
             yield link
     finally:
         farewell.say(partial(_say_goodbye, session))

@@ -14,6 +14,7 @@ from typing import Any
 import zenoh
 
 from wire.endpoint import Endpoint
+from wire.link_threads import threads_with
 
 _ATTEMPT_MS = 2000
 _END_S = 1.0  # a look that is under way is not waited for longer
@@ -83,18 +84,24 @@ def obstacle(tls: dict[str, Any], place: Endpoint, patience_ms: int = _ATTEMPT_M
 
 @contextmanager
 def told_why(
-    tls: dict[str, Any], places: tuple[Endpoint, ...], joined: Callable[[], int], first_s: float = _FIRST_S
+    tls: dict[str, Any],
+    places: tuple[Endpoint, ...],
+    joined: Callable[[], int],
+    first_s: float = _FIRST_S,
+    fifo_priority: int = 0,
 ) -> Iterator[None]:
     """While the context lasts: say on stderr why a place that is dialled cannot be reached, once per reason.
 
     joined   how many of them are connected now
     first_s  how long they are given before the first look
+    fifo_priority  of the library's threads: all sessions of a process share them, and the first that needs one starts it
     """
     if not places:
         yield
         return
     end = threading.Event()
-    thread = threading.Thread(target=_look, args=(tls, places, joined, end, first_s), name="reach", daemon=True)
+    looking = (tls, places, joined, end, first_s, fifo_priority)
+    thread = threading.Thread(target=_look, args=looking, name="reach", daemon=True)
     thread.start()
     try:
         yield
@@ -104,7 +111,12 @@ def told_why(
 
 
 def _look(
-    tls: dict[str, Any], places: tuple[Endpoint, ...], joined: Callable[[], int], end: threading.Event, first_s: float
+    tls: dict[str, Any],
+    places: tuple[Endpoint, ...],
+    joined: Callable[[], int],
+    end: threading.Event,
+    first_s: float,
+    fifo_priority: int,
 ) -> None:
     told: dict[Endpoint, str] = {}
     pause_s = first_s
@@ -114,7 +126,8 @@ def _look(
             continue
         pause_s = min(2 * pause_s, _LONGEST_S)
         for place in places:
-            found = obstacle(tls, place)
+            with threads_with(fifo_priority):
+                found = obstacle(tls, place)
             if found is not None and told.get(place) != found.words:
                 print(found.words, file=sys.stderr, flush=True)
                 told[place] = found.words

@@ -31,8 +31,6 @@ pytestmark = pytest.mark.long
 def first_tower(folder: Path) -> Path:
     """The configuration of the car and its first tower."""
     tables = read_tables(with_lighter_pictures(folder))
-    for camera in tables["vehicle"]["cameras"]:
-        camera["frame_rate_hz"] = 15.0
     tables["tower"]["cockpit"].setdefault("scripted", {})["keen"] = True
     written = folder / "first.toml"
     written.write_bytes(tomli_w.dumps(tables).encode())

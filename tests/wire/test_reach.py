@@ -1,13 +1,18 @@
 """Why a hub cannot be reached, in words, from real attempts on loopback."""
 
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
+from contextlib import nullcontext
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
 
+import wire.link
+from tests.scheduling import needs_fifo
 from wire.authority import issue
 from wire.certificates import authority_of, make, write_pem
 from wire.clock import Clock
@@ -103,3 +108,46 @@ def test_a_hub_that_dials_in_vain_says_why_and_says_it_once(car: LinkSettings, t
     said = capfd.readouterr().err.splitlines()
     assert len(said) == 1
     assert "another authority" in said[0]
+
+
+# What a tower does whose car is not there yet: another session of the process needs the library's threads before its own does.
+LOOKS = """
+import os, sys, threading
+from pathlib import Path
+from wire.endpoint import parse
+from wire.reach import told_why
+from wire.settings import LinkSettings
+from wire.topics import Role
+from wire.transport import tls_of
+
+def priorities():
+    threads = [each for each in Path("/proc/self/task").iterdir()]
+    return {(each / "comm").read_text().strip(): os.sched_getparam(int(each.name)).sched_priority for each in threads}
+
+certificates, place = sys.argv[1:]
+tls = tls_of(LinkSettings(certificates=certificates), Role.TOWER_HUB)
+with told_why(tls, (parse(place),), lambda: 0, first_s=0.01, fifo_priority=3):
+    while not {"rx-0", "tx-0"} <= priorities().keys():
+        threading.Event().wait(0.01)
+    print(priorities()["rx-0"], priorities()["tx-0"])
+"""
+
+
+@needs_fifo
+def test_the_link_s_threads_have_its_priority_also_when_a_look_at_the_other_site_was_the_first_to_need_them(car: LinkSettings):
+    command = [sys.executable, "-c", LOOKS, car.certificates, car.car_hub]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=20.0, check=False)
+    assert done.stdout.split() == ["3", "3"], done.stderr
+
+
+def test_a_hub_hands_its_priority_on_to_whoever_looks(car: LinkSettings, home: Path, monkeypatch: pytest.MonkeyPatch):
+    given: list[int] = []
+
+    def looked(*_: object, fifo_priority: int) -> nullcontext[None]:
+        given.append(fifo_priority)
+        return nullcontext()
+
+    monkeypatch.setattr(wire.link, "told_why", looked)
+    settings = replace(car, listen=(), car_hub=car.car_hub, tower_hub=free_addresses(1)[0])
+    with open_link(settings, Role.TOWER_HUB, Clock(), threading.Event(), hub=True, fifo_priority=3):
+        assert given == [3]
