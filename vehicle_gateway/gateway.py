@@ -32,7 +32,7 @@ from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
-from wire.link_threads import beneath
+from wire.link_threads import beneath, raise_plain_threads
 from wire.load import stolen_s
 from wire.logs import fields
 from wire.messages.operating import ClockPing, ClockPong
@@ -134,6 +134,7 @@ class Gateway:
     def run(self, stop: threading.Event, fifo_priority: int, manager: Notifier) -> int:
         """Cycles until `stop`. manager: of services, told once a second that cycles are made, and who drives."""
         self._scheduling, self._manager = raise_priority(fifo_priority), manager
+        raise_plain_threads(beneath(fifo_priority))
         gc.collect()
         gc.freeze()
         deadline_ns = self._clock.now_ns()

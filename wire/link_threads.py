@@ -1,4 +1,5 @@
-"""The threads that the link's library starts in this process: how they are scheduled, how many receive, what Python keeps of them.
+"""The threads beside a control loop, above all those of the link's library: how they are scheduled, how many receive, what Python
+keeps of them.
 
 They carry the commands of a control loop and take the interpreter's lock, so a loop with SCHED_FIFO waits for a thread that
 the system has put aside unless they have it, too. They get one priority less than the loop. Bounded by what the link carries;
@@ -11,7 +12,7 @@ import ctypes
 import os
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 _ONE_RECEIVER = "(rx:(worker_threads:1))"  # Zenoh's default is two that wake each other for every message
 
@@ -48,6 +49,22 @@ def threads_with(fifo_priority: int) -> Iterator[None]:
         yield
     finally:
         os.sched_setscheduler(0, *before)
+
+
+def raise_plain_threads(fifo_priority: int) -> None:
+    """Give SCHED_FIFO to every thread that Python knows of in this process and that is scheduled as everybody else.
+
+    Each takes the interpreter's lock now and then. On a machine full of pictures, which have SCHED_FIFO as well, it may then wait
+    for most of a second to go on, and the loop with it. Threads that start later are not meant. 0, or not allowed: nothing changes.
+    """
+    if fifo_priority == 0 or not hasattr(os, "sched_setscheduler"):
+        return
+    own = threading.get_native_id()
+    for thread in threading.enumerate():
+        if thread.native_id is not None and thread.native_id != own:
+            with suppress(OSError):  # ended meanwhile
+                if os.sched_getscheduler(thread.native_id) == os.SCHED_OTHER:
+                    os.sched_setscheduler(thread.native_id, os.SCHED_FIFO, os.sched_param(fifo_priority))
 
 
 def receive_on_one_thread() -> None:

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 
 from wire.clock import Clock
+from wire.link_threads import beneath, raise_plain_threads
 from wire.load import process_cpu_s
 from wire.messages.health import LoopHealth
 
@@ -98,6 +99,7 @@ class Pace:
 
     def __enter__(self) -> "Pace":
         self.scheduling = raise_priority(self._fifo_priority)
+        raise_plain_threads(beneath(self._fifo_priority))
         gc.collect()
         gc.freeze()  # a full collection of what start-up left behind costs tens of milliseconds
         return self

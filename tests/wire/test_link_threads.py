@@ -1,6 +1,8 @@
 """Who inherits a priority, and that nobody else does. What needs SCHED_FIFO is skipped where the system does not allow it."""
 
 import os
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -54,3 +56,28 @@ def test_the_calling_thread_is_afterwards_as_it_was_before(priority: int):
 def test_without_a_priority_or_with_one_that_is_refused_threads_are_plain(priority: int):
     with threads_with(priority):
         assert of_a_new_thread()[0] == os.SCHED_OTHER
+
+
+# In a process of its own: the threads of this one are the test runner's.
+LOOP = """
+import os, sys, threading
+from wire.clock import Clock
+from wire.link_threads import threads_with
+from wire.pace import Pace
+
+end = threading.Event()
+plain, ranked = threading.Thread(target=end.wait), threading.Thread(target=end.wait)
+plain.start()
+with threads_with(2):
+    ranked.start()
+with Pace(0.01, Clock(), end, fifo_priority=int(sys.argv[1])):
+    print(*(os.sched_getparam(thread.native_id).sched_priority for thread in (threading.main_thread(), plain, ranked)))
+end.set()
+"""
+
+
+@needs_fifo
+@pytest.mark.parametrize(("loop", "told"), [("10", "10 9 2"), ("0", "0 0 2")])
+def test_no_thread_beside_a_loop_with_a_priority_can_be_put_aside_with_the_interpreter_s_lock(loop: str, told: str):
+    done = subprocess.run([sys.executable, "-c", LOOP, loop], capture_output=True, text=True, timeout=20.0, check=False)
+    assert done.stdout.strip() == told, done.stderr
