@@ -178,7 +178,7 @@ def test_a_g920_is_found_armed_and_driven_pulled_out_and_drives_again_only_when_
     found_but_drives_nothing_before_its_pedals_have_spoken(drive, until)
     armed_it_drives_and_the_spring_is_uploaded(drive, until)
     pulled_out_the_car_stops_and_the_cockpit_says_why(drive, until, figure)
-    back_it_drives_only_when_armed_and_asked_to(drive, until)
+    back_it_drives_only_when_armed_and_asked_to(drive, until, figure)
 
 
 def press(wheel: G920, button: int) -> None:
@@ -232,10 +232,12 @@ def pulled_out_the_car_stops_and_the_cockpit_says_why(drive: Drive, until, figur
     )
 
 
-def back_it_drives_only_when_armed_and_asked_to(drive: Drive, until) -> None:
+def back_it_drives_only_when_armed_and_asked_to(drive: Drive, until, figure) -> None:
     drive.wheel.said.clear()
+    began_ns = Clock().now_ns()
     drive.wheel.do("plug")
     until(lambda: drive.wheel.uploads("damper"), "the wheel is found again")
+    figure(f"wheel, plugged in again: felt after {(Clock().now_ns() - began_ns) / 1e9:.1f} s")
     drive.wheel.do("button", DEAD_MAN, 1)
     press(drive.wheel, ACCEPT)
     until(lambda: drive.operator.hand_over_note.startswith("take"), "it is asked for without having been armed")
