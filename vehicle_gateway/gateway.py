@@ -4,7 +4,6 @@ A cycle runs on every valid command, at most 250 Hz, and otherwise on its own 10
 gives a cycle, and a cycle that sees silence brakes.
 """
 
-import gc
 import logging
 import secrets
 import threading
@@ -32,13 +31,13 @@ from vehicle_gateway.state import Inputs, Outputs, State, initial_state
 from wire.clock import Clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
-from wire.link_threads import beneath, raise_plain_threads
+from wire.link_threads import beneath
 from wire.load import stolen_s
 from wire.logs import fields
 from wire.messages.operating import ClockPing, ClockPong
 from wire.messages.vehicle import Mode, VehicleDescription
 from wire.notify import NOBODY, Notifier, notifier
-from wire.pace import Lateness, raise_priority
+from wire.pace import Lateness, ready_for_a_loop
 from wire.settings import WireSettings
 from wire.site import override
 from wire.topics import PROGRAMS, Role
@@ -71,7 +70,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     boot_id = secrets.token_hex(8)
     fifo, served = wire.pace.fifo_priority, beneath(wire.pace.fifo_priority)
     with (
-        Memory(file, served) as memory,
+        Memory(file) as memory,
         open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True, fifo_priority=served) as link,
         Verifier(link_settings, utc_minus_monotonic_ns()) as verifier,
     ):
@@ -133,10 +132,7 @@ class Gateway:
 
     def run(self, stop: threading.Event, fifo_priority: int, manager: Notifier) -> int:
         """Cycles until `stop`. manager: of services, told once a second that cycles are made, and who drives."""
-        self._scheduling, self._manager = raise_priority(fifo_priority), manager
-        raise_plain_threads(beneath(fifo_priority))
-        gc.collect()
-        gc.freeze()
+        self._scheduling, self._manager = ready_for_a_loop(fifo_priority), manager
         deadline_ns = self._clock.now_ns()
         try:
             while not stop.is_set():

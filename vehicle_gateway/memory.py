@@ -3,7 +3,7 @@ supervisor keeps out.
 
 Epochs are reserved in blocks before the first one of a block is used, so that no grant waits for a disk. A latch is written
 by a thread of its own, for the same reason, and synced by another: one that follows another closely must not wait for the disk.
-The writer is ranked with what serves the gateway's loop: a latch must not wait for a busy machine either.
+Both have the priority of whatever stands beside the gateway's loop: a latch must not wait for a busy machine either.
 """
 
 import os
@@ -16,7 +16,6 @@ import msgspec
 
 from wire.configuration import ConfigurationError
 from wire.messages.base import UNDECODABLE, Count, Message, Name, TimeNs, encode
-from wire.pace import raise_priority
 
 EPOCH_BLOCK = 1_000_000  # epochs reserved at each start: more grants than a lifetime of one process
 
@@ -88,9 +87,8 @@ def _sync(place: Path) -> None:
 class Memory:
     """Keeps the newest thing to remember; a context manager that leaves when the last is on disk."""
 
-    def __init__(self, file: Path, fifo_priority: int = 0) -> None:
-        """fifo_priority: of the thread that writes."""
-        self._file, self._fifo_priority = file, fifo_priority
+    def __init__(self, file: Path) -> None:
+        self._file = file
         self._queue: queue.SimpleQueue[Remembered | None] = queue.SimpleQueue()
         self._put: queue.SimpleQueue[bool] = queue.SimpleQueue()  # True: something to sync; False: that was all
         self._threads = [threading.Thread(target=run, name="memory", daemon=True) for run in (self._write, self._sync)]
@@ -110,7 +108,6 @@ class Memory:
         self._queue.put(remembered)
 
     def _write(self) -> None:
-        raise_priority(self._fifo_priority)
         while (remembered := self._queue.get()) is not None:
             self._tried(put, self._file, remembered)
             self._put.put(True)

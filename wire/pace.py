@@ -32,6 +32,18 @@ def raise_priority(fifo_priority: int) -> str:
     return f"fifo {fifo_priority}"
 
 
+def ready_for_a_loop(fifo_priority: int) -> str:
+    """Rank the calling thread, and beneath it the others of the process; leave the collector nothing of the start.
+
+    Says in words how the calling thread is scheduled.
+    """
+    words = raise_priority(fifo_priority)
+    raise_plain_threads(beneath(fifo_priority))
+    gc.collect()
+    gc.freeze()  # a full collection of what start-up left behind costs tens of milliseconds
+    return words
+
+
 def scheduling() -> str:
     """How the calling thread is scheduled, in words."""
     if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) & ~getattr(os, "SCHED_RESET_ON_FORK", 0) == os.SCHED_FIFO:
@@ -98,10 +110,7 @@ class Pace:
         self.scheduling = "other"
 
     def __enter__(self) -> "Pace":
-        self.scheduling = raise_priority(self._fifo_priority)
-        raise_plain_threads(beneath(self._fifo_priority))
-        gc.collect()
-        gc.freeze()  # a full collection of what start-up left behind costs tens of milliseconds
+        self.scheduling = ready_for_a_loop(self._fifo_priority)
         return self
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
