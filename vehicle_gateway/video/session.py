@@ -24,7 +24,7 @@ from wire.rtc import UNREADABLE, gather_in_time, new_connection
 log = logging.getLogger(__name__)
 _ANSWER_TIMEOUT_S = 1.5  # gathering takes some 20 ms; the window waits 2 s
 WATCHERS_MAX = 2  # who drives and who is next; each more would take as much of the car's way out again, from the driver
-SILENT_S = 3.0  # a living receiver reports every 0.5 to 1.5 s for each camera, and asks anew after 1.5 s without a picture
+_SILENT_S = 3.0  # a living receiver reports every 0.5 to 1.5 s for each camera, and asks anew after 1.5 s without a picture
 
 
 class OfferRefused(Exception):
@@ -45,17 +45,10 @@ class Watcher:
 class VideoSessions:
     """answer() and show() from any thread; everything else happens on `loop`."""
 
-    def __init__(
-        self,
-        loop: asyncio.AbstractEventLoop,
-        feedback: Mapping[str, Feedback],
-        ways: Ways = DIRECT,
-        silent_s: float = SILENT_S,
-    ) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop, feedback: Mapping[str, Feedback], ways: Ways = DIRECT) -> None:
         self._loop = loop
         self._feedback = feedback
         self._ways = ways
-        self._silent_s = silent_s
         self._one_at_a_time = asyncio.Lock()
         self._watchers: Mapping[str, Watcher] = {}  # never changed, only replaced: cameras' threads read it
         self._wanted: tuple[str, ...] = ()  # who holds the lease, and who is next
@@ -168,14 +161,17 @@ class VideoSessions:
                 self._feedback[camera].note_leader(driver.name)
 
     def _state_changed(self, watcher: Watcher) -> None:
-        if watcher.connection.connectionState in ("failed", "closed"):
-            self._end(watcher, watcher.connection.connectionState)
+        state = watcher.connection.connectionState
+        if state in ("failed", "closed"):
+            self._end(watcher, state)
+        elif state == "connected":
+            self._heard(watcher)  # its answers to ICE and DTLS; the first report comes a while after them
 
     def _look(self, watcher: Watcher) -> None:
         """Now, and again whenever it could have become too silent: aioice itself notices a killed window after 30 s only."""
-        left_s = watcher.heard_s + self._silent_s - self._loop.time()
+        left_s = watcher.heard_s + _SILENT_S - self._loop.time()
         if left_s <= 0:
-            self._end(watcher, f"not heard for {self._silent_s:g} s")
+            self._end(watcher, f"not heard for {_SILENT_S:g} s")
         elif self._watchers.get(watcher.name) is watcher:
             self._loop.call_later(left_s, self._look, watcher)
 
