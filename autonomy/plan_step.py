@@ -4,6 +4,8 @@ getting on. Pure.
 
 from dataclasses import replace
 
+from msgspec import structs
+
 from autonomy.control.mpcc.reference import of_trajectory
 from autonomy.inputs import Inputs
 from autonomy.planning.among_people import around, capped
@@ -44,7 +46,7 @@ def planned(state: StackState, place: Place, inputs: Inputs, setup: Setup) -> tu
         lost=state.topology.lost,
     )
     due = max(state.plan_due_ns, state.now_ns - PLAN_NS) + PLAN_NS
-    return replace(state, plan_due_ns=due, waiting=waiting), thought
+    return structs.replace(state, plan_due_ns=due, waiting=waiting), thought
 
 
 def _before(state: StackState, place: Place, setup: Setup) -> Plan | None:
@@ -69,16 +71,18 @@ def _among_people(
         before = taken.trajectory if taken is not None else None
         asked = around(made, situation, place.pose, angle, setup.among_people.lane, setup.settings.planning, before, passed_s)
     if asked is None:
-        return replace(state, plan=made, topology=TopologyState(), way=None), NOTHING
+        return structs.replace(state, plan=made, topology=TopologyState(), way=None), NOTHING
     topology, decision = plan_topology(state.topology, asked, setup.shape, setup.settings.topology, passed_s)
     if is_open:
-        return replace(state, plan=made, topology=topology, way=None), NOTHING
+        return structs.replace(state, plan=made, topology=topology, way=None), NOTHING
     thought = decision, asked.predictions
     if decision.braking:
-        return replace(state, plan=made, topology=topology), thought
+        return structs.replace(state, plan=made, topology=topology), thought
     found = capped(decision.chosen.trajectory, made, setup.road, setup.settings.planning)
     made = replace(made, points=tuple((float(x), float(y)) for x, y in found.states[:, :2]))
-    return replace(state, plan=made, topology=topology, way=Way(found_ns=state.now_ns, reference=of_trajectory(found))), thought
+    return structs.replace(
+        state, plan=made, topology=topology, way=Way(found_ns=state.now_ns, reference=of_trajectory(found))
+    ), thought
 
 
 def _since_plan_s(state: StackState) -> float:

@@ -5,8 +5,10 @@ integrator and tells honestly whether it could take over. It reads neither scena
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
+
+from msgspec.structs import replace
 
 from autonomy.control.following import follow
 from autonomy.control.mpcc.state import TrackerState

@@ -1,6 +1,8 @@
 """What the stack remembers from cycle to cycle, and what it drives with. Plain data."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+from msgspec import Struct, field
 
 from autonomy.car_shape import CarShape
 from autonomy.control.mpcc.reference import Reference
@@ -64,8 +66,7 @@ class Way:
     reference: Reference | None  # None: nowhere, it stands
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StackState:
+class StackState(Struct, frozen=True, kw_only=True):
     now_ns: int = 0
     sequence: int = 0
     used: Inputs = Inputs()  # of the last cycle: new is what differs from it

@@ -6,11 +6,12 @@ Never decides who drives: `driving` comes from the car. Stale telemetry removes 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
+from msgspec.structs import replace
 
 from haptics.torque import TorqueSettings, clamp, damping_torque, end_stop_torque, limited, low_passed, steering_torque
 from wire.messages.base import Message, Milliseconds, Seconds
@@ -54,8 +55,7 @@ class WheelInputs:
     armed: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WheelState:
+class WheelState(Struct, frozen=True, kw_only=True):
     phase: Phase = Phase.IDLE
     since_ns: int = 0
     centre_rad: float = 0.0  # of the aligning spring
@@ -102,7 +102,7 @@ def command_angle_rad(state: WheelState, angle_rad: float, now_ns: int, settings
 
 
 def _enter(state: WheelState, phase: Phase, now_ns: int, **changes: float | None) -> WheelState:
-    return replace(state, phase=phase, since_ns=now_ns, aligned_since_ns=None, **changes)  # type: ignore[arg-type]
+    return replace(state, phase=phase, since_ns=now_ns, aligned_since_ns=None, **changes)
 
 
 def _begin(state: WheelState, seen: WheelInputs, now_ns: int) -> WheelState:

@@ -16,7 +16,7 @@ from wire.messages.steps import TorqueSteps
 from wire.replay import Replay, Step, compared
 
 _INPUT_NAMES = tuple(field.name for field in fields(WheelInputs))
-_STATE_NAMES = tuple(field.name for field in fields(WheelState))
+_STATE_NAMES = WheelState.__struct_fields__
 _input_values, _state_values = attrgetter(*_INPUT_NAMES), attrgetter(*_STATE_NAMES)
 _ENCODE = msgspec.json.Encoder().encode
 _STATE, _LIMITS = msgspec.json.Decoder(WheelState), msgspec.json.Decoder(WheelLimits)

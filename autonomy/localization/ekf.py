@@ -6,12 +6,13 @@ innovation squared above the chi-square gate) is rejected and counted. It never 
 Source: the paper's III-C (predict with a kinematic model, correct with pose and twist), with GNSS in the place of NDT.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos, inf, sin, sqrt, tan
 from typing import Annotated
 
 import numpy as np
-from msgspec import Meta
+from msgspec import Meta, Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from wire.messages.base import Message
@@ -51,8 +52,7 @@ class Pose:
     yaw_rate_rad_s: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
+class Estimate(Struct, frozen=True, kw_only=True):
     stamp_ns: int
     mean: Matrix  # (5,)
     covariance: Matrix  # (5, 5)

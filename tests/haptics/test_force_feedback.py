@@ -4,6 +4,7 @@ from math import pi
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 from haptics.alignment import Phase, WheelInputs, WheelState, wanted_torque
 from haptics.effect_words import CONSTANT, DAMPER, SPRING, Uploads, due, words
@@ -57,7 +58,7 @@ def without_friction(state: WheelState, seen: WheelInputs) -> float:
 
 
 @pytest.mark.parametrize("can", [G920, G29, replace(G920, damper=False)])
-@pytest.mark.parametrize("state", [ACTIVE, ALIGN, WheelState(), replace(ALIGN, phase=Phase.READY, centre_rate_rad_s=0.0)])
+@pytest.mark.parametrize("state", [ACTIVE, ALIGN, WheelState(), structs.replace(ALIGN, phase=Phase.READY, centre_rate_rad_s=0.0)])
 @PATIENT
 @given(angle=st.floats(-8.0, 8.0), rate=st.floats(-1.0, 1.0), speed=st.floats(0.0, 9.0))
 def test_all_parts_together_are_the_torque_law(can: Abilities, state: WheelState, angle: float, rate: float, speed: float):
@@ -74,8 +75,8 @@ def test_all_parts_together_are_the_torque_law(can: Abilities, state: WheelState
 def test_a_firmware_however_stiff_stays_below_the_limit_of_the_law(
     can: Abilities, angle: float, rate: float, centre: float, lateral: float
 ):
-    for state in (ACTIVE, replace(ALIGN, centre_rad=centre), WheelState()):
-        now = settled(replace(state, lateral_m_s2=lateral), replace(SEEN, angle_rad=angle, rate_rad_s=rate), can)
+    for state in (ACTIVE, structs.replace(ALIGN, centre_rad=centre), WheelState()):
+        now = settled(structs.replace(state, lateral_m_s2=lateral), replace(SEEN, angle_rad=angle, rate_rad_s=rate), can)
         assert now.spring_max + abs(now.constant) <= LIMITS.torque.torque_max + 1e-9
         assert 0.0 <= now.spring <= 1.0 and 0.0 <= now.damper <= 1.0 and abs(now.centre) <= 1.0
 

@@ -1,6 +1,5 @@
 """A hill in a closed loop: the gateway's cycle, the simulated ECU and the plant on a slope, without frames between them."""
 
-from dataclasses import replace as replace_world
 from math import sin
 from random import Random
 
@@ -128,6 +127,6 @@ def test_a_slope_of_a_map_s_segment_is_felt_along_the_road_and_against_it():
     free = Demand(0.0, 0.0, 0.0)
     for turn, sign in ((0.0, -1.0), (3.14159, 1.0)):
         body = world.car.body._replace(heading_rad=world.car.body.heading_rad + turn, vx_m_s=0.0)
-        start = replace_world(world, car=world.car._replace(body=body, brake_m_s2=0.0))
+        start = replace(world, car=world.car._replace(body=body, brake_m_s2=0.0))
         rolled = advance(start, stage, free, 1000).car.body.vx_m_s
         assert rolled == pytest.approx(sign * (9.81 * sin(0.1) - 0.118), rel=0.05)

@@ -3,6 +3,7 @@ from math import inf, nan
 
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from haptics.virtual_wheel import VirtualWheel
 from tower.cockpit.command import Stamps, Wanted, built, is_urgent, moved, trusted, wanted
@@ -126,11 +127,11 @@ def test_buttons_are_counters_so_a_lost_sample_loses_no_press_and_a_restarted_wi
 
 def test_a_switch_and_the_beginning_of_a_movement_are_urgent_and_going_on_is_not() -> None:
     sent = Wanted(road_wheel_angle_rad=0.1, dead_man=True)
-    further = replace(sent, road_wheel_angle_rad=0.1001)
+    further = structs.replace(sent, road_wheel_angle_rad=0.1001)
     assert is_urgent(sent, None, False, 14.0) and not is_urgent(sent, sent, False, 14.0)
     for was_moving in (False, True):
-        assert is_urgent(replace(sent, dead_man=False), sent, was_moving, 14.0)
+        assert is_urgent(structs.replace(sent, dead_man=False), sent, was_moving, 14.0)
         assert is_urgent(further, sent, was_moving, 14.0) is not was_moving
-        assert is_urgent(replace(sent, acceleration_m_s2=-0.1), sent, was_moving, 14.0) is not was_moving
+        assert is_urgent(structs.replace(sent, acceleration_m_s2=-0.1), sent, was_moving, 14.0) is not was_moving
     assert moved(further, sent, 14.0)
-    assert not moved(replace(sent, road_wheel_angle_rad=0.10001), sent, 14.0)
+    assert not moved(structs.replace(sent, road_wheel_angle_rad=0.10001), sent, 14.0)

@@ -1,11 +1,11 @@
 """Our own frames, both ways and on both buses: what is sent arrives, within its limits, and what is wrong with one is told."""
 
-from dataclasses import replace
 from math import inf, nan
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from vehicle_gateway.can import actuator_codec, codec, ecu_codec
 from vehicle_gateway.can.actuator_codec import Demand, DemandState, PlantReport, PlantState, decode_demand, decode_plant

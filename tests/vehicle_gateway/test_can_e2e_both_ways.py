@@ -4,12 +4,12 @@ The rule that the receivers are held to is written down a second time in `is_use
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from vehicle_gateway.can.actuator_codec import DemandState, PlantState, decode_demand, decode_plant
 from vehicle_gateway.can.codec import FeedbackState, decode

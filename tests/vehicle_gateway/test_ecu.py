@@ -1,11 +1,11 @@
 """The ECU alone, and the closed loop of codec, ECU and plant in simulated time: no process, no socket, no clock."""
 
 import threading
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from vehicle_gateway.can import actuator_codec, ecu_codec
 from vehicle_gateway.can.actuator_codec import DemandState, PlantReport, PlantState, decode_demand, decode_plant
@@ -307,6 +307,15 @@ def test_a_new_command_is_passed_on_at_once_without_waiting_for_the_cycle():
     assert (demand.road_wheel_angle_rad, demand.drive_m_s2 > 0.9) == (pytest.approx(0.2), True)
     ecu.on_vehicle_frame(command, 3 * MS)  # repeated: dropped, nothing passed on
     assert len(ecu.actuator_bus.frames) == 1
+
+
+def test_a_cycle_demands_only_when_no_command_has_since_the_one_before():
+    ecu = joined_ecu()
+    for tick in range(4):
+        if tick == 1:
+            ecu.on_vehicle_frame(encode_command(drive(1.0), Mode.REMOTE, False, 0)[0], tick * 10 * MS - MS)
+        ecu.cycle(tick * 10 * MS)
+    assert len(ecu.actuator_bus.frames) == 4  # of which the command's is one: the cycle after it had nothing to add
 
 
 def test_what_it_refused_is_told_once_with_its_reason(caplog):

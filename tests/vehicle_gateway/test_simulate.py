@@ -1,9 +1,9 @@
 import threading
-from dataclasses import replace
 from random import Random
 
 import msgspec
 import pytest
+from msgspec.structs import replace
 
 from vehicle_gateway.can import actuator_codec
 from vehicle_gateway.can.actuator_codec import Demand, PlantState, decode_plant

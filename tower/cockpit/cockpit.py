@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from msgspec import structs
+
 from haptics import alignment
 from haptics.alignment import WheelInputs, WheelState
 from haptics.force_feedback import law
@@ -277,7 +279,7 @@ class Cockpit:
             return Wanted()
         angle = alignment.command_angle_rad(self._wheel, self._controls.wheel.angle_rad, now_ns, self._haptics.alignment)
         want = wanted(self._controls, angle, self._arming.armed, view.description.message, self._settings.pedals)
-        return replace(want, override=now_ns < self._override_ns)
+        return structs.replace(want, override=now_ns < self._override_ns)
 
     def _send(self, want: Wanted, view: View, now_ns: int) -> None:
         """At least at 100 Hz and whenever it is urgent; never after STOP, without a lease, or to an unknown car."""

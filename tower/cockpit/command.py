@@ -6,6 +6,8 @@ A sample that is old or not finite counts as released: no dead-man, no throttle,
 from dataclasses import dataclass, replace
 from math import isfinite
 
+from msgspec import Struct
+
 from tower.cockpit.devices import Controls
 from tower.cockpit.pedals import PedalSettings, acceleration_m_s2
 from wire.messages.base import Gear, Indicators, Lights, Wipers
@@ -17,8 +19,7 @@ ROAD_WHEEL_ANGLE_LIMIT_RAD = 0.8  # of the message
 ACCELERATION_LIMITS_M_S2 = (-10.0, 5.0)  # of the message
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wanted:
+class Wanted(Struct, frozen=True, kw_only=True):
     """The commanded part of a DriveCommand."""
 
     road_wheel_angle_rad: float = 0.0

@@ -4,8 +4,10 @@ Never decides anything about driving.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from typing import NamedTuple
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from vehicle_gateway.can.codec import (
     GEAR_NUMBER,
@@ -45,14 +47,12 @@ class PlantReport(NamedTuple):
     controls: Controls
 
 
-@dataclass(frozen=True, slots=True)
-class DemandState:
+class DemandState(Struct, frozen=True):
     demand: Demand | None = None
     trail: Trail = START
 
 
-@dataclass(frozen=True, slots=True)
-class PlantState:
+class PlantState(Struct, frozen=True):
     motion: Motion | None = None
     report: PlantReport | None = None
     wheels_m_s: tuple[float, float, float, float] | None = None  # front left, front right, rear left, rear right

@@ -4,8 +4,10 @@ Never decides anything about driving.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import NamedTuple
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from vehicle_gateway.can.codec import GEAR_NUMBER, GEARS, INDICATORS, LIGHTS, LIGHTS_NUMBER, MODES, WIPERS, WIPERS_NUMBER
 from vehicle_gateway.can.e2e import START, Trail
@@ -51,8 +53,7 @@ class Controls(NamedTuple):
     driver_brake: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class CommandState:
+class CommandState(Struct, frozen=True):
     """Newest valid command and body; a new object with every valid frame."""
 
     command: Command | None = None

@@ -1,16 +1,18 @@
 """`vehicle-gateway ecu`: the shell of the simulated drive-by-wire ECU. Owns both CAN buses' ends; has no link at all,
 so it tells the health of its loop on CAN.
 
-Every new command is passed on to the actuators at once, on the reader thread; a 100 Hz cycle does everything else. What
-a command or its absence means is `ecu_core`'s to say. Prints nothing in normal operation; frames that it refuses, once a second.
+Every new command is passed on to the actuators at once, on the reader thread; a 100 Hz cycle does everything else, and
+demands when no command has since the last one. What a command or its absence means is `ecu_core`'s to say. Prints nothing in
+normal operation; frames that it refuses, once a second.
 """
 
 import logging
 import threading
 from collections import Counter
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from vehicle_gateway.can.actuator_codec import PlantState, decode_plant, encode_demand
 from vehicle_gateway.can.bus import Bus, open_bus
@@ -80,6 +82,7 @@ class Ecu:
         self._stop = StopState()
         self._refused: Counter[str] = Counter()  # frames of the vehicle bus by reason, since it was last told
         self._demands = self._cycles = self._motions = 0  # counters of the frames sent
+        self._demanded = False  # by a command, since the last cycle
         self.vehicle_bus: Bus | None = None
         self.actuator_bus: Bus | None = None
 
@@ -96,6 +99,7 @@ class Ecu:
             if self._commands.command is not before.command:
                 self._inputs = replace(self._inputs, command=self._commands.command, command_ns=received_ns)
                 self._demand(received_ns)
+                self._demanded = True
 
     def _obey(self, frame: Frame, received_ns: int) -> None:
         self._stop, reason = decode_stop(self._stop, frame)
@@ -114,9 +118,11 @@ class Ecu:
                 _send(self.vehicle_bus, encode_motion(self._plant.motion, self._motions))
 
     def cycle(self, now_ns: int) -> None:
-        """100 Hz: step, demand, and every other time the rest of the feedback."""
+        """100 Hz: step and demand unless a command just did, and every other time the rest of the feedback."""
         with self._lock:
-            self._demand(now_ns)
+            if not self._demanded:
+                self._demand(now_ns)
+            self._demanded = False
             self._cycles += 1
             report = self._plant.report
             if self._cycles % 2 or report is None:

@@ -6,10 +6,9 @@ are a fault with the same answer. It never steers on its own and never releases 
 The emergency button in the car brakes whatever is commanded. A stop of the watchdog counts as silence of the gateway.
 """
 
-from dataclasses import dataclass
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from vehicle_gateway.can.actuator_codec import Demand
 from vehicle_gateway.can.codec import FAULT, FOLLOWING, TIMED_OUT
@@ -37,8 +36,7 @@ class EcuSettings(Message):
     drag_1_m: Annotated[float, Meta(ge=0.0, le=0.01)] = 0.00029  # and with the square of the speed
 
 
-@dataclass(frozen=True, slots=True)
-class EcuInputs:
+class EcuInputs(Struct, frozen=True):
     """What the buses said last; the times are the ECU's own receive times."""
 
     command: Command | None = None
@@ -50,8 +48,7 @@ class EcuInputs:
     stop_ns: int | None = None  # when the watchdog last asked for a stop; None: never
 
 
-@dataclass(frozen=True, slots=True)
-class EcuState:
+class EcuState(Struct, frozen=True):
     """How it starts: no command yet, brakes firmly on."""
 
     condition: int = TIMED_OUT  # FOLLOWING, TIMED_OUT or FAULT, as the DRIVE_STATE frame says it
@@ -62,7 +59,7 @@ class EcuState:
 
 
 def ecu_step(state: EcuState, inputs: EcuInputs, now_ns: int, settings: EcuSettings) -> tuple[EcuState, Demand]:
-    """One cycle: at 100 Hz, and besides at once on every new command."""
+    """One cycle: at once on every new command, and at 100 Hz while none comes."""
     condition = _condition(state.condition, inputs, now_ns, settings)
     dt_s = 0.0 if state.stepped_ns is None else min(max(now_ns - state.stepped_ns, 0) / 1e9, STEP_MAX_S)
     following = condition == FOLLOWING and inputs.command is not None

@@ -5,9 +5,11 @@ towards them: keeping clear of them is the driver's task. Their walking speed va
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from math import atan2, hypot
 from random import Random
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vehicle_gateway.simulation.shapes import Outline, point_gap_m
 from wire.messages.sensing import MovingPerson
@@ -20,8 +22,7 @@ SPEED_VARIES = 0.1  # walking speed is within +- this share of the scenario's
 STRIDE_M = 1.4  # two steps: one turn of the gait
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Walker:
+class Walker(Struct, frozen=True, kw_only=True):
     """One person's state."""
 
     person: Person

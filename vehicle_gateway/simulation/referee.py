@@ -5,8 +5,11 @@ Kerbs are no collision. Nobody who drives sees any of this.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import hypot, inf
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vehicle_gateway.simulation.people import RADIUS_M, Walker
 from vehicle_gateway.simulation.powertrain import Car
@@ -32,8 +35,7 @@ class Obstacle:
     polygon: Polygon | None
 
 
-@dataclass(frozen=True, slots=True)
-class RefereeState:
+class RefereeState(Struct, frozen=True):
     collisions: int = 0
     collided_with: str = ""
     touching: frozenset[str] = frozenset()

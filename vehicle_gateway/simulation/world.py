@@ -3,9 +3,12 @@
 Never reads a clock and never knows who drives: it is given a demand of the ECU, or none.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos
 from random import Random
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vehicle_gateway.can.actuator_codec import Demand, PlantReport
 from vehicle_gateway.can.ecu_codec import Controls, Motion
@@ -40,8 +43,7 @@ class Stage:
     obstacles: tuple[Obstacle, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class World:
+class World(Struct, frozen=True, kw_only=True):
     """What does."""
 
     car: Car

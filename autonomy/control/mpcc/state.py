@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from msgspec import Struct
 from msgspec.structs import astuple
 
 from autonomy.car_shape import CarShape
@@ -38,8 +39,7 @@ class Setup(NamedTuple):
     prices: Prices
 
 
-@dataclass(frozen=True, slots=True)
-class TrackerState:
+class TrackerState(Struct, frozen=True):
     now_ns: int = 0
     sent: Sent = NOTHING_SENT
     inputs: Floats | None = None  # (N, 3) of the last solution

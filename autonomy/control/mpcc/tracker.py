@@ -6,10 +6,10 @@ will be when the command acts. Never raises for what stands in its inputs: witho
 wheels held, and says why. It does not know who drives: whoever calls starts anew after somebody else has driven.
 """
 
-from dataclasses import replace
 from math import nan
 
 import numpy as np
+from msgspec.structs import replace
 
 from autonomy.control.mpcc.cost import Limits, Prices, Task
 from autonomy.control.mpcc.delay import acceleration_by_commands, carried_on, lateral_speed
