@@ -6,7 +6,8 @@ of a hundred plans each among 4 and 12 people who cross when the car comes (`pla
 trajectory, which also tells the half-spaces of its class. ipopt (mumps, tol 1e-6) and fatrop get the same problem and the same
 guess, in the same run. The problem has valleys: ipopt is started once more where ours ended, and tells whether that was the
 bottom of its own; where ours is dearer, it is started as well from every trajectory of a cycle of the topology planner that
-remembers nothing: the car is never driven by one start alone. Guided and cold: from places that a plain search finds clear (`clear_places`), not by the guidance planner.
+remembers nothing: the car is never driven by one start alone. Guided and cold: from places that a plain search finds clear
+(`clear_places`), not by the guidance planner.
 Joint risk: the trajectories that come nearest to people, against rollouts that walk as predicted.
 """
 
