@@ -166,9 +166,12 @@ def told_of(played: Played) -> list[str]:
     """What a replay came to, in words."""
     end = "to its end" if played.whole else "and ended early"
     lines = [f"played {sum(played.messages.values())} messages {end}, the latest {played.latest_ms:.0f} ms late"]
-    ages = sorted(played.shown.ages_ms)
+    ages, pictures = sorted(played.shown.ages_ms), played.messages[VIDEO]
     if ages:
-        pictures = played.messages[VIDEO]
         lines.append(f"the window showed {len(ages)} pictures of {pictures}, {ages[len(ages) // 2]:.0f} ms old at the median")
+    elif pictures:
+        lines.append(
+            f"no window showed any of {pictures} pictures: none was open in time; close what else runs here and play it again"
+        )
     lines += [f"{count} messages of {topic}: a topic that this version does not have" for topic, count in played.unknown.items()]
     return lines

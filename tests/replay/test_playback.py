@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from recordings.errors import RecordingError
-from recordings.playback import Player, lead_for
+from recordings.playback import Played, Player, lead_for, told_of
 from recordings.program import app
 from recordings.read import open_recording
 from recordings.stage import stage_folder, stage_tables, write_configuration
@@ -200,6 +200,16 @@ def test_a_slow_machine_gets_a_longer_lead():
     assert lead_for(0.5) == 3_000_000_000
     assert lead_for(4.0) == 10_000_000_000
     assert lead_for(60.0) == 20_000_000_000
+
+
+def test_pictures_that_no_window_showed_are_told_with_what_to_do():
+    played = Played(whole=True)
+    played.messages["video"] = 60
+    assert told_of(played)[1:] == [
+        "no window showed any of 60 pictures: none was open in time; close what else runs here and play it again"
+    ]
+    played.shown.ages_ms.append(150.0)
+    assert told_of(played)[1:] == ["the window showed 1 pictures of 60, 150 ms old at the median"]
 
 
 def test_a_real_window_shows_a_played_drive_with_the_ages_it_had(filmed, tmp_path):
