@@ -2,7 +2,7 @@
 
 The scripted operator is keen: he takes the car whenever he may and keeps it, on a straight road without a site. After each fault
 what was killed is started again, what was stopped goes on, the way is perfect, and the rig waits until he drives at speed. All
-cameras, half as wide and high: this is about faults, not about how fast this machine draws and encodes.
+cameras and window, half as wide and high: this is about faults, not about how fast this machine draws and encodes.
 Needs root, `ip` and /dev/net/tun. The truth is the referee's own log.
 """
 
@@ -222,6 +222,7 @@ def _configure(sites: Sites, ride: Ride) -> None:
             (machine.folder / RECORDER).write_bytes(tomli_w.dumps(recorder).encode())
         else:
             tables["wire"]["link"].update(vehicle_id="car-1", connect=[PLACE])
+            tables["tower"].setdefault("window", {}).update(width_px=640, height_px=360)
             tables["wire"]["session"] = {"folder": str(machine.folder), "name": machine.folder.name}
             tables["tower"]["cockpit"]["scripted"] = PATIENT | {"speed": ride.likes}
             (machine.folder / NOT_KEEN).write_bytes(tomli_w.dumps(tables).encode())

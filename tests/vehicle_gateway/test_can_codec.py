@@ -276,3 +276,9 @@ def test_no_payload_whatever_raises(name, payload, previous):
     decode_command(replace(CommandState(), trails={identifier: trail}), frame)
     decode_plant(replace(PlantState(), trails={identifier: trail}), frame)
     decode_demand(DemandState(trail=trail), frame)
+
+
+@pytest.mark.parametrize("state", [CommandState(), PlantState(), DemandState()])
+def test_what_a_receiver_knows_is_only_ever_replaced(state):
+    with pytest.raises(AttributeError):
+        setattr(state, state.__struct_fields__[0], None)
