@@ -32,10 +32,10 @@ def run(config: Config = DEFAULT) -> None:
 
 @application.command(name="compile")
 def compile_kernels() -> None:
-    """Compile the planners' kernels and keep them on disk: at set-up, so that no cycle waits for it."""
-    from autonomy.compile import warm_up  # half a second of numba that `run` need not wait for
+    """Compile the planners' kernels and keep them on disk, so that no cycle waits for it. Says nothing when they are there."""
+    from autonomy.compile import is_new, warm_up  # half a second of numba that `run` need not wait for
 
-    warm_up(typer.echo)
+    warm_up(typer.echo if is_new() else lambda _: None)
 
 
 @application.command()

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from typer.testing import CliRunner
 
 from autonomy.compile import COMPLETE, WARM_UPS, is_new, warm_up
 from autonomy.planning.horizon import STEPS
@@ -13,6 +14,7 @@ from autonomy.planning.mpc import guess, risk, sqp
 from autonomy.planning.mpc.halfspaces import half_spaces
 from autonomy.planning.mpc.planner import solve
 from autonomy.planning.mpc.settings import MpcSettings
+from autonomy.program import application
 from benchmarks.planner_crowd import Drive
 
 
@@ -45,6 +47,14 @@ def test_after_the_warm_up_no_problem_waits_for_the_compiler() -> None:
             solve(Drive(0, people).problem(sides), MpcSettings(), places)
             solve(Drive(0, people).problem(sides), MpcSettings())
     assert ready == [list(entry.signatures) for entry in entries]  # type: ignore[attr-defined]
+
+
+def test_the_command_tells_what_it_compiles_and_nothing_when_all_is_there(monkeypatch) -> None:
+    warm_up(lambda _: None)
+    assert CliRunner().invoke(application, ["compile"]).output == ""
+    monkeypatch.setattr("autonomy.compile.is_new", lambda: True)
+    told = CliRunner().invoke(application, ["compile"]).output.splitlines()
+    assert [line.partition(":")[0] for line in told[::2]] == list(WARM_UPS)
 
 
 COLD = """

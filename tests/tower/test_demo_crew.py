@@ -1,10 +1,11 @@
 import signal
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
-from tower.demo.crew import Crew, Member, crew, utc_folder
+from tower.demo.crew import Crew, Member, compile_first, crew, utc_folder
 from tower.demo.session import choose, write_session
 from wire.configuration import ConfigurationError, shipped
 
@@ -51,6 +52,25 @@ def test_a_window_that_was_closed_is_not_started_again_whatever_its_log_said_las
     with crew((Member("window", "python", str(script)),), config, config.parent) as people:
         ended = wait_for_end(people)
     assert (ended.how, ended.started_again) == ("exit 0", False)
+
+
+def test_kernels_are_compiled_before_anybody_drives(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.executable", str(tmp_path / "python"))
+    compile_first(threading.Event())  # not installed: the crew says so
+    (tmp_path / "autonomy").write_text(f"#!/bin/sh\nsleep 0.2\necho $1 > {tmp_path}/told\n")
+    (tmp_path / "autonomy").chmod(0o755)
+    compile_first(threading.Event())
+    assert (tmp_path / "told").read_text() == "compile\n"
+
+
+def test_who_stops_the_demo_need_not_wait_for_the_compiler(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.executable", str(tmp_path / "python"))
+    (tmp_path / "autonomy").write_text("#!/bin/sh\nexec sleep 60\n")
+    (tmp_path / "autonomy").chmod(0o755)
+    stop, begin_s = threading.Event(), time.monotonic()
+    stop.set()
+    compile_first(stop)
+    assert time.monotonic() - begin_s < 30.0
 
 
 def test_a_folder_that_cannot_be_written_is_one_clear_error(tmp_path):

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from wire.process import USER_ERROR
 
 RESTARTS_MAX = 3  # of one process; something that dies more often is broken, not unlucky
 STOP_PATIENCE_S = 5.0  # for SIGTERM, then SIGKILL
+_LOOK_S = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +145,21 @@ def _how(code: int, log: Path) -> str:
         return f"killed by {signal.Signals(-code).name}"
     said = log.read_text(errors="replace").strip().splitlines()
     return f"exit {code}" + (f": {said[-1]}" if said and code else "")
+
+
+def compile_first(stop: threading.Event) -> None:
+    """The planners' kernels, where nobody has compiled them yet: beside nine programs that drive it takes minutes, not one.
+
+    It tells itself what it does. What fails here, the automation tries again.
+    """
+    program = Path(sys.executable).parent / "autonomy"
+    if not program.is_file():
+        return  # the crew says so
+    with subprocess.Popen([program, "compile"], stdin=subprocess.DEVNULL) as compiler:
+        while compiler.poll() is None:
+            if stop.wait(_LOOK_S):
+                compiler.terminate()
+                return
 
 
 @contextmanager

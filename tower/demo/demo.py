@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from tower.demo.aftermath import make_whole, summarize
-from tower.demo.crew import CAR, TOWER, Crew, Ended, crew, utc_folder
+from tower.demo.crew import CAR, TOWER, Crew, Ended, compile_first, crew, utc_folder
 from tower.demo.observer import Observer
 from tower.demo.report import table_of
 from tower.demo.session import choose, write_session
@@ -63,6 +63,7 @@ def run(config: Path, stop: threading.Event, choices: Choices) -> int:
     wire: WireSettings = read_sections(written, {"wire": WireSettings})["wire"]
     console.print(f"{scenario.name}: a drive of at most {scenario.time_limit_s:g} s, kept in {folder}")
     story = Story()
+    compile_first(stop)
     with crew((*TOWER, *CAR), written, folder) as people, Observer(wire.link) as observer:
         verdict = _watch(Watch(story, observer, people, console, scenario, bool(choices.front_camera)), stop)
     make_whole(folder, console)
