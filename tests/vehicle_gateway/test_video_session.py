@@ -15,7 +15,7 @@ from tower.video.connection import receiving_connection, take_answer
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.picture import from_bgr
 from vehicle_gateway.video.sender import Wishes
-from vehicle_gateway.video.session import WATCHERS_MAX, VideoSessions
+from vehicle_gateway.video.session import WATCHERS_MAX, VideoSessions, Watcher
 from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
 from wire.ice import DIRECT
@@ -184,6 +184,16 @@ def test_of_a_killed_window_the_place_comes_free_and_who_is_heard_keeps_his_whoe
         front.wait_until(lambda: "cem" not in front.watching)  # it never connected
         assert front.watching == {"ben"}
         assert (sessions.watching, living.closed.is_set()) == (1, False)
+
+
+def test_a_window_that_has_just_connected_counts_as_heard():
+    with filming() as (sessions, _, _):
+        watcher = Watcher("ann", SimpleNamespace(connectionState="connecting"))
+        sessions._state_changed(watcher)
+        assert watcher.heard_s == 0.0
+        watcher.connection.connectionState = "connected"
+        sessions._state_changed(watcher)
+        assert watcher.heard_s > 0.0
 
 
 def test_a_camera_that_a_window_no_longer_asks_for_is_told_so():
