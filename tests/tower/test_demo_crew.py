@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tower.demo.crew import Crew, Member, compile_first, crew, utc_folder
+from tower.demo.crew import CAR, TOWER, Crew, Member, compile_first, core_of, crew, usable_cores, utc_folder
 from tower.demo.session import choose, write_session
 from wire.configuration import ConfigurationError, shipped
 
@@ -36,6 +36,25 @@ def test_a_killed_process_is_started_again_and_told(config):
         assert people._processes["ecu"].pid != before
         process = people._processes["ecu"]
     assert process.poll() is not None, "leaving the crew ends its processes"
+
+
+@pytest.mark.parametrize(
+    ("usable", "gateway", "window", "video"), [([2, 5], "2", "5", ""), ([0], "", "", ""), ([0, 1, 2], "", "", ""), ([], "", "", "")]
+)
+def test_of_two_cores_the_loops_of_the_car_have_one_and_the_operators_programs_the_other(usable, gateway, window, video):
+    members = {member.name: member for member in (*CAR, *TOWER)}
+    assert [core_of(members[name], usable) for name in ("gateway", "window", "video")] == [gateway, window, video]
+
+
+@pytest.mark.skipif(len(usable_cores()) != 2, reason="needs two cores")
+@pytest.mark.parametrize("core", [0, 1, None])
+def test_a_program_keeps_to_its_core(core, config):
+    script = config.parent / "cores.py"
+    script.write_text("import os; print(sorted(os.sched_getaffinity(0)))")
+    with crew((Member("cores", "python", str(script), restarts=False, core=core),), config, config.parent) as people:
+        wait_for_end(people)
+    told = (config.parent / "logs" / "cores.log").read_text()
+    assert told == f"{usable_cores() if core is None else [usable_cores()[core]]}\n"
 
 
 def test_an_error_the_user_can_fix_is_told_in_its_own_words_and_not_tried_again(config):

@@ -127,9 +127,9 @@ def priorities():
 certificates, place = sys.argv[1:]
 tls = tls_of(LinkSettings(certificates=certificates), Role.TOWER_HUB)
 with told_why(tls, (parse(place),), lambda: 0, first_s=0.01, fifo_priority=3):
-    while not {"rx-0", "tx-0"} <= priorities().keys():
+    while not {"rx-0", "app-0"} <= priorities().keys():
         threading.Event().wait(0.01)
-    print(priorities()["rx-0"], priorities()["tx-0"])
+    print(priorities()["rx-0"], priorities()["app-0"])
 """
 
 

@@ -1,6 +1,7 @@
-"""Start a program that ends with its parent: `python -m tower.demo.child PROGRAM ARGUMENT...`.
+"""Start a program that ends with its parent: `python -m tower.demo.child PARENT CORE PROGRAM ARGUMENT...`.
 
-A supervisor that is killed must not leave a driving car behind. Linux only (prctl); elsewhere the program just starts.
+PARENT: its process number. A supervisor that is killed must not leave a driving car behind. CORE: the number of the core that
+the program keeps to, or "". Linux only (prctl, sched_setaffinity); elsewhere the program just starts.
 """
 
 import ctypes
@@ -17,7 +18,9 @@ def main() -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
         if os.getppid() != parent:  # it died before we asked to be told
             sys.exit(1)
-    os.execv(sys.argv[2], sys.argv[2:])
+        if sys.argv[2]:
+            os.sched_setaffinity(0, [int(sys.argv[2])])
+    os.execv(sys.argv[3], sys.argv[3:])
 
 
 if __name__ == "__main__":

@@ -38,7 +38,8 @@ from wire.rear_view import is_rear_asked_for, is_rear_wanted
 from wire.road import Road
 
 _INPUT_NS = 1_000_000_000 // 60
-_REDRAW_NS = 40_000_000  # without a new picture; later where drawing takes long: it must not take what the next picture needs
+_REDRAW_NS = 40_000_000  # without a new picture
+_RESTS = 4  # times as long as it drew: where drawing takes long, a screen without news must not take what the next picture needs
 _STANDING_KNOWN_NS = 500_000_000  # older news of the speed do not allow a gear change
 
 
@@ -274,7 +275,7 @@ class DisplayLoop:
             self._replay.draw(self._screen.front_surface)
         self._screen.flip()
         drawn_ns = self._clock.now_ns()
-        self._redraw_ns, self._bars = max(now_ns + _REDRAW_NS, drawn_ns + (drawn_ns - now_ns)), model.link.bars
+        self._redraw_ns, self._bars = max(now_ns + _REDRAW_NS, drawn_ns + _RESTS * (drawn_ns - now_ns)), model.link.bars
         return model
 
     def _sights(self, now_ns: int) -> Sights:

@@ -1,7 +1,7 @@
 """Who gives way when the machine cannot keep up: cameras, the sides first, the required ones last. Pure.
 
 Once a second it is asked whether pictures of a required camera came late or not at all (as long as only the others would pay
-for it, also of another one), a control loop missed deadlines, or a loop without a priority waited long for the processor: what
+for it, also of another one), a control loop missed deadlines, or a process without a priority waited long for the processor: what
 shows pictures has one (SCHED_FIFO), and would not notice that a recorder, say, gets nothing any more. After two such seconds all
 other cameras take fewer pictures, a step for each bad second, down to a third; then the required ones, down to two thirds; then
 the others once more; and when that is not enough, the required ones have half the width and height, which costs a driver less
@@ -40,7 +40,7 @@ CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # pr
 DOWN_AFTER_S, UP_AFTER_S = 2, 8  # down: the first step, then one a second; up: a step that is too much costs late pictures
 UP_AFTER_MAX_S = 64  # of a step that was too much three times
 LATE_NS = 70_000_000  # ours: a picture ready so long after its capture is late; a third of what the car allows between two
-STARVED_NS = 100_000_000  # ours: the status loop, which has no priority, waited for so long
+STARVED_NS = 100_000_000  # ours: a process without a priority (vehicle_gateway.video.bystander) waited for so long
 LATE_SHARE = 0.2  # of the pictures of one second
 CONTROL_LATE_SHARE, CONTROL_LATE_LEAST = 0.02, 2  # of the cycles of one second
 

@@ -115,23 +115,25 @@ class VideoSender:
         self._wishes, self._load = wishes, Load()
         self._ladder = ALONE if all(loop.calibration.required for loop in loops) else LADDER
 
-    def report(self, stop: threading.Event) -> None:
-        """Publish status and health until `stop`. Raises what a camera's thread raised: the program then ends."""
-        with Pace(_STATUS_PERIOD_S, self._clock, stop) as pace:
+    def report(self, stop: threading.Event, others_late_ns: Callable[[], int] = lambda: 0, fifo_priority: int = 0) -> None:
+        """Publish status and health until `stop`. Raises what a camera's thread raised: the program then ends.
+
+        others_late_ns  how long those wait for the processor who have no priority
+        """
+        with Pace(_STATUS_PERIOD_S, self._clock, stop, fifo_priority=fifo_priority) as pace:
             for number, now_ns in enumerate(pace):
                 self._raise_what_failed()
                 for loop in self._loops:
                     self._link.publish("camera_status", loop.status(now_ns, self.sessions.watching))
                 if number % _HEALTH_EVERY == 0:
-                    self._give_way(now_ns, pace)
+                    self._give_way(now_ns, others_late_ns())
                     self._publish_health(pace, now_ns)
 
-    def _give_way(self, now_ns: int, pace: Pace) -> None:
+    def _give_way(self, now_ns: int, others_late_ns: int) -> None:
         """Once a second: fewer pictures when the machine cannot keep up, more again when it can."""
         others = others_may_give(self._load, self._ladder)
         late = [loop.was_late(now_ns) and (others or loop.calibration.required) for loop in self._loops]
-        starved = pace.lateness.latest_ns(now_ns) > STARVED_NS
-        pressed = any(late) or starved or self._wishes.control_was_late()
+        pressed = any(late) or others_late_ns > STARVED_NS or self._wishes.control_was_late()
         before, self._load = self._load, after_a_second(self._load, pressed, self._ladder)
         if self._load.level != before.level:
             log.info("cameras: level %d of %d of giving way to the rest of the car", self._load.level, len(self._ladder) - 1)

@@ -13,6 +13,7 @@ from pathlib import Path
 import cv2
 
 from vehicle_gateway.settings import VehicleGatewaySettings
+from vehicle_gateway.video.bystander import bystander
 from vehicle_gateway.video.painter import painters
 from vehicle_gateway.video.render.camera import Scene, SimulatedCamera
 from vehicle_gateway.video.sender import video_sender
@@ -48,7 +49,9 @@ def run(config: Path, stop: threading.Event) -> int:
     clock = Clock()
     drawn = tuple(camera for camera in vehicle.cameras if choices[camera.name].kind == "simulated")
     with (
-        # before the link has threads; ranked like the window: beneath it, a window without a new picture keeps it from painting one
+        # both before the link has threads
+        bystander() as others,
+        # ranked like the window: beneath it, a window without a new picture keeps it from painting one
         painters(drawn, _renderers(gateway.simulation.scenario, vehicle), fifo) as drawing,
         ExitStack() as stack,
     ):
@@ -57,7 +60,7 @@ def run(config: Path, stop: threading.Event) -> int:
             sources = open_sources(choices, vehicle, clock, link, drawing)
             log.info("started", extra=fields(**{name: choice.kind for name, choice in choices.items()}))
             sender = stack.enter_context(video_sender(link, vehicle.cameras, sources, gateway.video, clock, servers))
-        sender.report(stop)  # without a priority: by its own lateness it knows how those fare who have none
+        sender.report(stop, others.late_ns, fifo)
     return 0
 
 
