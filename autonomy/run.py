@@ -15,7 +15,7 @@ from autonomy.replay import record
 from autonomy.settings import AutonomySettings
 from autonomy.stack import Outputs, step
 from autonomy.state import Setup, StackState, setup_of
-from wire.clock import Clock
+from wire.clock import car_clock
 from wire.configuration import ConfigurationError, read_sections
 from wire.latest import Latest
 from wire.link import Link, open_link
@@ -63,7 +63,7 @@ def run(config: Path, stop: threading.Event) -> int:
     setup, wire = setup_from(config)
     if setup.among_people is not None:
         warm_up(log.info)  # reads what was compiled at set-up; no cycle may wait for a compiler
-    clock = Clock()
+    clock = car_clock(wire.clock)
     fifo = wire.pace.fifo_priority
     with open_link(wire.link, Role.AUTONOMY, clock, stop, fifo_priority=beneath(fifo)) as link:
         newest = Newest(link)

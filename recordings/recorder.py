@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from recordings.provenance import gather
 from recordings.settings import RecordingsSettings
 from recordings.writer import DriveWriter, open_drive_file, unusable
-from wire.clock import Clock, utc_minus_monotonic_ns
+from wire.clock import car_clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.latest import EventQueue
 from wire.link import open_link
@@ -123,7 +123,7 @@ def record(config: Path, stop: threading.Event, finished: Callable[[Path], None]
     settings: RecordingsSettings = sections["recordings"]
     folder = session_folder(wire.session.folder, datetime.now(UTC))
     prepare(folder)
-    clock = Clock()
+    clock = car_clock(wire.clock)
     provenance = gather(config, wire.link.vehicle_id, utc_minus_monotonic_ns())
     with open_link(wire.link, Role.RECORDER, clock, stop) as link:
         path, stream = open_drive_file(folder)

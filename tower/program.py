@@ -52,11 +52,19 @@ def demo(
         str, typer.Option(help="Play this video file as the front camera; the hand-over is then refused.")
     ] = "",
     sessions: Sessions = Path("sessions"),
+    real_time_factor: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1,
+            max=1.0,
+            help="0.5: in slow motion, half as fast. Left out: real time, and 0.5 where the machine cannot keep up.",
+        ),
+    ] = None,
 ) -> None:
     """A simulated car meets a closed road; an operator takes over, drives round it on live video and hands back."""
     from tower.demo.demo import Choices, run
 
-    choices = Choices(scenario=scenario, front_camera=front_camera, sessions=sessions)
+    choices = Choices(scenario=scenario, front_camera=front_camera, sessions=sessions, real_time_factor=real_time_factor)
     raise typer.Exit(run_until_stopped(lambda path, stop: run(path, stop, choices), config))
 
 

@@ -16,7 +16,7 @@ from rich.table import Table
 from tower.cockpit.one_car import SILENT_S
 from tower.fleet import Fleet, Seen, choices, towards_all, wait_for_all
 from wire import certificates
-from wire.clock import Clock
+from wire.clock import Clock, tower_clock
 from wire.configuration import ConfigurationError, read_sections
 from wire.identity import Signer, signer_of
 from wire.link import Link, open_link
@@ -134,4 +134,4 @@ def asked(link: Link, order: Order, signer: Signer, clock: Clock, stop: threadin
 def _read(config: Path) -> tuple[LinkSettings, Clock]:
     wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
     certificates.ensure(certificates.folder_of(wire.link.certificates))
-    return wire.link, Clock(wire.clock.tower_offset_ns)
+    return wire.link, tower_clock(wire.clock)

@@ -28,7 +28,7 @@ from vehicle_gateway.memory import EPOCH_BLOCK, Memory, Remembered, default_file
 from vehicle_gateway.reports import newest_command_ns, status_of, vehicle_state_of
 from vehicle_gateway.settings import VehicleGatewaySettings, limits_with_map, refuse_on_a_road
 from vehicle_gateway.state import Inputs, Outputs, State, initial_state
-from wire.clock import Clock, utc_minus_monotonic_ns
+from wire.clock import Clock, car_clock, utc_minus_monotonic_ns
 from wire.configuration import read_sections
 from wire.link import Link, open_link
 from wire.link_threads import beneath
@@ -61,12 +61,12 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     settings: VehicleGatewaySettings = sections["vehicle_gateway"]
     limits = limits_with_map(settings, config)
     settings = msgspec.structs.replace(settings, limits=limits)
-    refuse_on_a_road(settings, wire.link.accepts_script)
+    refuse_on_a_road(settings, wire.link.accepts_script, wire.clock.real_time_factor)
     car = car_bus_of(settings.can, sections["vehicle"])
     link_settings = override(wire.link, "", connect, listen)
     file = Path(settings.memory) if settings.memory else default_file(wire.link.vehicle_id)
     remembered = recall(file)
-    clock = Clock()
+    clock = car_clock(wire.clock)
     boot_id = secrets.token_hex(8)
     fifo, served = wire.pace.fifo_priority, beneath(wire.pace.fifo_priority)
     with (

@@ -38,10 +38,11 @@ def is_really_there(settings: VehicleGatewaySettings) -> bool:
     return not settings.simulation.scenario
 
 
-def refuse_on_a_road(settings: VehicleGatewaySettings, accepts_script: bool) -> None:
+def refuse_on_a_road(settings: VehicleGatewaySettings, accepts_script: bool, real_time_factor: float = 1.0) -> None:
     """What no car that is really there may be started with. Raises ConfigurationError."""
     refused = (
         (accepts_script, "[wire.link] accepts_script = true: no program may operate it; set it to false"),
+        (real_time_factor != 1.0, f"[wire.clock] real_time_factor = {real_time_factor:g}: it does not wait; leave that out"),
         (
             settings.limits.authority.engage_autonomously,
             "[vehicle_gateway.limits.authority] engage_autonomously = true: it must not set off by itself; set it to false",

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vehicle_gateway.status import Heard, Status, rows_of, status_from
-from wire.clock import Clock
+from wire.clock import Clock, car_clock
 from wire.configuration import read_sections
 from wire.latest import EventQueue, Latest
 from wire.link import Link, Stopped, open_link
@@ -61,7 +61,7 @@ class Ears:
 
 def _hear(wire: WireSettings, stop: threading.Event, wait_s: float) -> Heard | None:
     """What was heard; None when nobody answered in time. Raises Stopped when a person did not want to wait."""
-    clock = Clock()
+    clock = car_clock(wire.clock)
     over = threading.Event()
 
     def patience() -> None:

@@ -17,7 +17,7 @@ from vehicle_gateway.can.watch_codec import Fault, WatchCodec, watch_codec_of
 from vehicle_gateway.settings import VehicleGatewaySettings
 from vehicle_gateway.watchdog import Heard, Watch, watch_step
 from vehicle_gateway.watchdog_ear import Ear, ears_of, hear
-from wire.clock import Clock
+from wire.clock import car_clock
 from wire.configuration import ConfigurationError, read_sections
 from wire.logs import fields
 from wire.pace import Pace
@@ -42,7 +42,7 @@ def run(config: Path, stop: threading.Event) -> int:
     read = read_sections(config, {"wire": WireSettings, "vehicle_gateway": VehicleGatewaySettings})
     settings: VehicleGatewaySettings = read["vehicle_gateway"]
     frames, codec = _frames_of(settings)
-    clock, listener, watch = Clock(), Listener(ears_of(frames)), Watch()
+    clock, listener, watch = car_clock(read["wire"].clock), Listener(ears_of(frames)), Watch()
     priority = read["wire"].pace.fifo_priority
     with (
         open_bus(settings.can, "vehicle", listener.on_frame, clock, fifo_priority=priority, permits=codec.watchdog_permits) as bus,

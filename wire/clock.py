@@ -1,18 +1,41 @@
-"""The clock of a process: monotonic, integer nanoseconds, shifted by a constant where the configuration says so.
+"""The clock of a process: monotonic, integer nanoseconds, shifted by a constant and slowed down where the configuration says so.
 
-Read once per cycle, in the shell, and passed down. The demo shifts the tower's clock by a random hour: nothing may change.
+Read once per cycle, in the shell, and passed down. The demo shifts the tower's clock by a random hour: nothing may change. On a
+machine that cannot simulate a drive in real time it slows the clocks of all programs: their loops then have as much more time for
+a cycle. What is not ours goes on in real time: the network, WebRTC, the link's library, and a person.
 """
 
 import time
 from dataclasses import dataclass
 
+from wire.settings import ClockSettings
+
 
 @dataclass(frozen=True, slots=True)
 class Clock:
+    """real_time_factor: of a second how much passes on this clock; slowed_since_ns: where on the system's it began to be slower."""
+
     offset_ns: int = 0
+    real_time_factor: float = 1.0
+    slowed_since_ns: int = 0
 
     def now_ns(self) -> int:
-        return time.monotonic_ns() + self.offset_ns
+        now_ns = time.monotonic_ns()
+        if self.real_time_factor != 1.0:
+            now_ns = self.slowed_since_ns + int((now_ns - self.slowed_since_ns) * self.real_time_factor)
+        return now_ns + self.offset_ns
+
+    def real_s(self, duration_ns: int) -> float:
+        """How long that takes, for whoever has to wait for it."""
+        return duration_ns / 1e9 / self.real_time_factor
+
+
+def car_clock(settings: ClockSettings) -> Clock:
+    return Clock(0, settings.real_time_factor, settings.slowed_since_ns)
+
+
+def tower_clock(settings: ClockSettings) -> Clock:
+    return Clock(settings.tower_offset_ns, settings.real_time_factor, settings.slowed_since_ns)
 
 
 def utc_minus_monotonic_ns() -> int:

@@ -121,7 +121,7 @@ class Pace:
         deadline_ns = self._clock.now_ns()
         while True:
             remaining_ns = deadline_ns - self._clock.now_ns()
-            if self._stop.wait(max(remaining_ns, 0) / 1e9):
+            if self._stop.wait(self._clock.real_s(max(remaining_ns, 0))):
                 return
             now_ns = self._clock.now_ns()
             self.lateness.add(deadline_ns, now_ns)

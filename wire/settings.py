@@ -53,6 +53,8 @@ def _check(**addresses: tuple[str, ...]) -> None:
 
 class ClockSettings(Message):
     tower_offset_ns: DurationNs = 0  # added to the monotonic clock of every tower program
+    real_time_factor: Annotated[float, Meta(ge=0.1, le=1.0)] = 1.0  # less than 1: a simulated drive in slow motion
+    slowed_since_ns: Annotated[int, Meta(ge=0)] = 0  # on the system's monotonic clock: where all slowed clocks agree with it
 
 
 class SessionSettings(Message):

@@ -25,7 +25,7 @@ def write_clip(path: Path, seconds: float = 2.0) -> Path:
 def test_a_clip_is_shown_measured_and_recorded_and_the_hand_over_refused_because_it_is_no_view_of_the_road(tmp_path):
     clip = write_clip(tmp_path / "clip.mp4")
     with driving(tmp_path, "--scenario", "short", "--front-camera", str(clip), lighter=True) as drive:
-        code = drive.process.wait(120.0)
+        code = drive.wait(120.0)
     said = (tmp_path / "demo.log").read_text()
     assert code == 0, said
     assert "camera front plays a file: no view of the road ahead" in said

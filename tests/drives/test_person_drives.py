@@ -40,7 +40,7 @@ def test_a_person_with_a_keyboard_brings_the_car_past_the_site_and_to_its_goal(t
         with driving(tmp_path, "--scenario", scenario, environment=environment) as running:
             person = threading.Thread(target=person_at_keyboard.drive, args=(wire_of(running.folder), display, done))
             person.start()
-            code = running.process.wait(DRIVE_S)
+            code = running.wait(DRIVE_S)
             done.set()
             person.join()
     summary = json.loads((running.folder / "summary.json").read_text())

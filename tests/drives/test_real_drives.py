@@ -44,7 +44,7 @@ def steps_of(folder: Path) -> dict[str, Tally]:
 def finished(tmp_path_factory):
     """One undisturbed demo, from its start to its report; `make scenarios` and `make drives` run the longer ones."""
     with driving(tmp_path_factory.mktemp("sessions"), "--scenario", "short", lighter=True) as drive:
-        code = drive.process.wait(DRIVE_S)
+        code = drive.wait(DRIVE_S)
         return drive.folder, code, (drive.folder.parent / "demo.log").read_text()
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tower.window.display_loop import DisplayLoop
 from tower.window.keys import Control
-from tower.window.replay_mark import ReplayMark
+from tower.window.marks import replay_mark, slow_motion_mark
 from tower.window.snapshot import SnapshotWriter
 from tower.window.sounds import Player
 from tower.window.sticks import Hands
@@ -114,8 +114,15 @@ def test_a_replay_is_framed_in_white_bands_with_words_and_a_live_drive_never_is(
         assert share_of(WHITE, live, band) == 0.0
 
 
+def test_slow_motion_is_told_in_one_band_and_not_above():
+    surface = pygame.Surface((640, 360))
+    slow_motion_mark(0.5).draw(surface)
+    assert 0.5 < share_of(WHITE, surface, pygame.Rect(0, 350, 640, 10)) < 1.0
+    assert share_of(WHITE, surface, pygame.Rect(0, 0, 640, 300)) == 0.0
+
+
 @pytest.mark.parametrize("size", [(320, 180), (1280, 720), (2560, 1080), (3840, 2160), (1, 1)])
 def test_the_bands_are_drawn_on_a_window_of_any_size(size):
     surface = pygame.Surface(size)
-    ReplayMark("a/drive.mcap, recorded 2026-11-22").draw(surface)
+    replay_mark("a/drive.mcap, recorded 2026-11-22").draw(surface)
     assert share_of(WHITE, surface, pygame.Rect(0, size[1] - 1, size[0], 1)) > 0.5

@@ -24,6 +24,9 @@ class Time:
     def now_ns(self) -> int:
         return self.now
 
+    def real_s(self, duration_ns: int) -> float:
+        return duration_ns / 1e9
+
     def wait(self, timeout: float) -> bool:
         if not self.stopped:
             self.now += round(timeout * 1e9) + (self.late_ns if timeout > 0 else 0)

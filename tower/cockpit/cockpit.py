@@ -38,7 +38,7 @@ from tower.devices.finder import Finder, opened
 from tower.settings import TowerSettings
 from wire.authority import common_name
 from wire.certificates import folder_of
-from wire.clock import Clock
+from wire.clock import tower_clock
 from wire.configuration import read_sections
 from wire.identity import signer_of
 from wire.latest import Latest
@@ -67,7 +67,7 @@ DISARMING = frozenset({Mode.SAFE_STOP, Mode.STOPPED, Mode.EMERGENCY_STOP})
 def run(config: Path, stop: threading.Event) -> int:
     sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings, "haptics": HapticsSettings})
     wire, settings = sections["wire"], sections["tower"].cockpit
-    clock = Clock(wire.clock.tower_offset_ns)
+    clock = tower_clock(wire.clock)
     role = Role.TOWER_SCRIPT if settings.device == "scripted" else Role.TOWER_HUB
     haptics: HapticsSettings = sections["haptics"]
     saved = store.load(store.folder())

@@ -22,7 +22,7 @@ from tower.settings import TowerSettings
 from tower.window.choosing import choose
 from tower.window.screen import has_screen
 from wire import certificates
-from wire.clock import Clock
+from wire.clock import Clock, tower_clock
 from wire.configuration import ConfigurationError, read_sections, read_tables
 from wire.latest import Received
 from wire.link import LinkError
@@ -52,7 +52,7 @@ def run(config: Path, stop: threading.Event, sessions: Path, choice: Choice) -> 
     console = Console(highlight=False, soft_wrap=True)
     sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings})
     wire: WireSettings = sections["wire"]
-    clock = Clock(wire.clock.tower_offset_ns)
+    clock = tower_clock(wire.clock)
     link = override(wire.link, choice.vehicle, choice.connect, choice.listen)
     certificates.ensure(certificates.folder_of(link.certificates))
     if choice.vehicle or len(choices(link)) < 2 or not has_screen():
@@ -110,7 +110,7 @@ def look(config: Path, stop: threading.Event, choice: Choice, patience_s: float,
     link = override(wire.link, choice.vehicle, choice.connect, choice.listen)
     certificates.ensure(certificates.folder_of(link.certificates))
     link = towards_one(link) if choice.vehicle else link
-    return show(link, Clock(wire.clock.tower_offset_ns), stop, patience_s, watch)
+    return show(link, tower_clock(wire.clock), stop, patience_s, watch)
 
 
 def write_drive(tables: dict[str, Any], link: LinkSettings, folder: Path) -> Path:

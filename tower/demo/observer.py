@@ -8,7 +8,7 @@ from typing import TypeVar
 from wire.clock import Clock
 from wire.latest import Latest, Received
 from wire.link import LinkError, Stopped, open_link
-from wire.messages.sensing import Referee
+from wire.messages.sensing import CameraStatus, Referee
 from wire.messages.vehicle import GatewayStatus
 from wire.settings import LinkSettings
 from wire.topics import Role
@@ -27,6 +27,7 @@ class Observer:
         self._thread = threading.Thread(target=self._run, name="observer", daemon=True)
         self._status: Latest[GatewayStatus] = Latest()
         self._referee: Latest[Referee] = Latest()
+        self._cameras: dict[str, CameraStatus] = {}
         self.news = threading.Event()  # set by every message; whoever waits for it clears it
 
     def __enter__(self) -> "Observer":
@@ -42,9 +43,13 @@ class Observer:
             with suppress(Stopped), open_link(self._settings, self._role, self._clock, self._stop) as link:
                 link.on("gateway_status", partial(self._heard, self._status))
                 link.on("referee", partial(self._heard, self._referee))
+                link.on("camera_status", self._heard_camera)
                 self._stop.wait()
         except LinkError as error:
             self.error = str(error)
+
+    def _heard_camera(self, status: CameraStatus, received_ns: int) -> None:
+        self._cameras[status.camera] = status
 
     def _heard(self, slot: Latest[T], message: T, received_ns: int) -> None:
         slot.put(message, received_ns)
@@ -54,6 +59,11 @@ class Observer:
     def heard(self) -> Received[GatewayStatus] | None:
         """The newest status with the time of its arrival."""
         return self._status.get()
+
+    @property
+    def cameras(self) -> tuple[CameraStatus, ...]:
+        """What each last said of itself; in the car only."""
+        return tuple(self._cameras.values())
 
     @property
     def status(self) -> GatewayStatus | None:

@@ -9,8 +9,12 @@ from rich.table import Table
 from wire.topics import ECU, PROGRAMS, Role
 
 
-def table_of(summary: Mapping[str, Any], folder: Path) -> Table:
+def table_of(summary: Mapping[str, Any], folder: Path, real_time_factor: float = 1.0) -> Table:
     table = Table(title="What happened", title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    if real_time_factor < 1.0:
+        table.add_row(
+            "slow motion", f"{real_time_factor:.0%} of real time; every figure below is in the drive's own time, also the CPU's"
+        )
     for name, text in rows_of(summary):
         table.add_row(name, text)
     table.add_row("files", ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file())))

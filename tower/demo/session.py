@@ -1,6 +1,7 @@
 """The configuration of one session, made from the base configuration: free ports, a bus of its own, a shifted tower clock."""
 
 import secrets
+import time
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ def write_session(tables: dict[str, Any], folder: Path) -> Path:
     certificates.ensure(place)
     link.update(car_hub=f"127.0.0.1:{car_port}", tower_hub=f"127.0.0.1:{tower_port}", certificates=str(place.resolve()))
     link.update(connect=[], listen=[], fleet=[])  # all on this machine
-    _get(tables, "wire", "clock")["tower_offset_ns"] = HOUR_NS + secrets.randbelow(HOUR_NS)
+    _get(tables, "wire", "clock").update(tower_offset_ns=HOUR_NS + secrets.randbelow(HOUR_NS), slowed_since_ns=time.monotonic_ns())
     _get(tables, "wire", "session").update(folder=str(folder), name=folder.name)
     _get(tables, "vehicle_gateway")["memory"] = str(folder / "gateway-memory.json")
     _get(tables, "vehicle_gateway", "can").update(channel=_own_group(), port=can_port, actuator_port=actuator_port)

@@ -16,10 +16,10 @@ from tower.window.forecast import add as add_second
 from tower.window.hud import Hud
 from tower.window.keys import SHIFT_BELOW_M_S, Control, WindowKeys, followed, next_input, next_window_keys, released
 from tower.window.looks import another_drives, known_mode
+from tower.window.marks import replay_mark, slow_motion_mark
 from tower.window.picture_age import PictureSeen, PictureState, age_ns, picture_state, see
 from tower.window.picture_layout import FRONT, SHOWN
 from tower.window.pictures import Frame
-from tower.window.replay_mark import ReplayMark
 from tower.window.replay_ring import HIGH_PX, WIDE_PX, ReplayRing
 from tower.window.side_monitor import SideMonitor, without_sides
 from tower.window.sights import OPERATOR_STALE_NS, Sights, fresh
@@ -108,6 +108,7 @@ class DisplayLoop:
         vehicle_id: str = "",
         operator_name: str = "",
         replay: str = "",
+        real_time_factor: float = 1.0,
         checklist: bool = False,
         scan_out_ms: tuple[float, float] = (0.0, 0.0),
     ) -> None:
@@ -116,7 +117,8 @@ class DisplayLoop:
         self._link, self._video, self._screen = link, video, screen
         self._writer, self._player, self._clock = writer, player, clock
         self._scan_out_ms = scan_out_ms
-        self._replay = ReplayMark(replay) if replay else None
+        self._replay = bool(replay)
+        self._mark = replay_mark(replay) if replay else slow_motion_mark(real_time_factor) if real_time_factor < 1.0 else None
         self._levels = {name: link.level(name) for name in _LEVELS}
         self._hud, self._side_monitor, self._log, self._choice = Hud(), SideMonitor(), DriveLog(), Choice()
         self._input: OperatorInput = released(clock.now_ns())
@@ -179,7 +181,7 @@ class DisplayLoop:
         )
         self._keys = next_window_keys(presses, self._keys, now_ns)
         self._screen.show_full(self._keys.full_screen)
-        if self._replay is None:  # nobody drives a recording
+        if not self._replay:  # nobody drives a recording
             self._link.publish("operator_input", self._input)
 
     def _operator_now(self, now_ns: int) -> OperatorStatus | None:
@@ -271,8 +273,8 @@ class DisplayLoop:
         self._hud.draw(self._screen.front_surface, frames, model if sides is None else without_sides(model))
         if sides is not None:
             self._side_monitor.draw(sides, frames, model)
-        if self._replay is not None:
-            self._replay.draw(self._screen.front_surface)
+        if self._mark is not None:
+            self._mark.draw(self._screen.front_surface)
         self._screen.flip()
         drawn_ns = self._clock.now_ns()
         self._redraw_ns, self._bars = max(now_ns + _REDRAW_NS, drawn_ns + _RESTS * (drawn_ns - now_ns)), model.link.bars

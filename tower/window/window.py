@@ -16,7 +16,7 @@ from tower.window.screen import Screen
 from tower.window.settings import WindowSettings
 from tower.window.snapshot import SnapshotWriter
 from tower.window.sounds import Player
-from wire.clock import Clock
+from wire.clock import tower_clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
@@ -37,7 +37,7 @@ def run(config: Path, stop: threading.Event) -> int:
     sections = read_sections(config, {"wire": WireSettings, "tower": TowerSettings})
     wire, settings = sections["wire"], sections["tower"].window
     servers, pictures = ways(wire.ice), for_pictures(wire.pace.fifo_priority)
-    clock = Clock(wire.clock.tower_offset_ns)
+    clock = tower_clock(wire.clock)
     share_interpreter()
     cv2.setNumThreads(1)  # a window must not take the cores of the control loops beside it
     with (
@@ -54,6 +54,7 @@ def run(config: Path, stop: threading.Event) -> int:
             operator_name="" if settings.replay else sections["tower"].cockpit.operator,
             full_screen=settings.full_screen,
             replay=settings.replay,
+            real_time_factor=wire.clock.real_time_factor,
             scan_out_ms=(settings.scan_out_delay_ms, settings.scan_out_bound_ms),
             checklist=settings.checklist and sections["tower"].cockpit.device != "scripted" and not settings.replay,
             link=link,

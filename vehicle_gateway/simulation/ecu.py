@@ -31,7 +31,7 @@ from vehicle_gateway.can.watch_codec import SHIPPED as WATCH
 from vehicle_gateway.can.watch_codec import StopState, decode_stop
 from vehicle_gateway.settings import VehicleGatewaySettings, refuse_beside_a_car
 from vehicle_gateway.simulation.ecu_core import EcuInputs, EcuSettings, EcuState, ecu_step
-from wire.clock import Clock
+from wire.clock import car_clock
 from wire.configuration import ConfigurationError, read_sections
 from wire.logs import fields
 from wire.messages.health import LoopHealth
@@ -55,7 +55,7 @@ def run(config: Path, stop: threading.Event) -> int:
         raise ConfigurationError(
             f'[vehicle_gateway.can] vehicle = "{gateway.can.vehicle}": the simulated ECU speaks "{DRIVE_BY_WIRE}" only; set that'
         )
-    clock = Clock()
+    clock = car_clock(read["wire"].clock)
     with ExitStack() as stack:
         ecu = Ecu(gateway.simulation.ecu)
         ecu.vehicle_bus = stack.enter_context(open_bus(gateway.can, "vehicle", ecu.on_vehicle_frame, clock, fifo_priority=priority))

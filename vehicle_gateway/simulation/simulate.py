@@ -36,7 +36,7 @@ from vehicle_gateway.simulation.world import (
     things_to_see,
     valid_demand,
 )
-from wire.clock import Clock
+from wire.clock import car_clock
 from wire.configuration import ConfigurationError, read_sections
 from wire.latest import Latest
 from wire.link_threads import beneath
@@ -70,7 +70,7 @@ def run(config: Path, stop: threading.Event) -> int:
     wire: WireSettings = read["wire"]
     gateway: VehicleGatewaySettings = read["vehicle_gateway"]
     refuse_beside_a_car(gateway)
-    clock, demands = Clock(), Demands()
+    clock, demands = car_clock(wire.clock), Demands()
     with (
         _referee_log(wire.session.folder) as log,
         Outbox(wire.link, Role.SIMULATE, clock, beneath(wire.pace.fifo_priority)) as outbox,

@@ -132,11 +132,16 @@ class VideoSender:
     def _give_way(self, now_ns: int, others_late_ns: int) -> None:
         """Once a second: fewer pictures when the machine cannot keep up, more again when it can."""
         others = others_may_give(self._load, self._ladder)
-        late = [loop.was_late(now_ns) and (others or loop.calibration.required) for loop in self._loops]
-        pressed = any(late) or others_late_ns > STARVED_NS or self._wishes.control_was_late()
-        before, self._load = self._load, after_a_second(self._load, pressed, self._ladder)
+        late = [loop for loop in self._loops if loop.was_late(now_ns)]
+        why = [f"camera {loop.calibration.name}" for loop in late if others or loop.calibration.required]
+        why += ["programs without a priority"] if others_late_ns > STARVED_NS else []
+        why += ["a control loop"] if self._wishes.control_was_late() else []
+        before, self._load = self._load, after_a_second(self._load, bool(why), self._ladder)
         if self._load.level != before.level:
-            log.info("cameras: level %d of %d of giving way to the rest of the car", self._load.level, len(self._ladder) - 1)
+            said = f"late: {', '.join(why)}" if why else "nothing was late"
+            log.info(
+                "cameras: level %d of %d of giving way to the rest of the car; %s", self._load.level, len(self._ladder) - 1, said
+            )
             for loop in self._loops:
                 loop.limit(allowance(loop.calibration.frame_rate_hz, loop.calibration.required, self._load, self._ladder))
 

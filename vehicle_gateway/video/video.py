@@ -19,7 +19,7 @@ from vehicle_gateway.video.render.camera import Scene, SimulatedCamera
 from vehicle_gateway.video.sender import video_sender
 from vehicle_gateway.video.simulated import Renderer
 from vehicle_gateway.video.sources import choose_sources, open_sources
-from wire.clock import Clock
+from wire.clock import car_clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import open_link
@@ -46,7 +46,7 @@ def run(config: Path, stop: threading.Event) -> int:
     share_interpreter()
     cv2.setNumThreads(1)  # one thread per camera is parallel enough
     servers, fifo = ways(wire.ice), for_pictures(wire.pace.fifo_priority)
-    clock = Clock()
+    clock = car_clock(wire.clock)
     drawn = tuple(camera for camera in vehicle.cameras if choices[camera.name].kind == "simulated")
     with (
         # both before the link has threads
