@@ -137,6 +137,7 @@ WRONG = [
     ("scripted operator refused", "wire.link.accepts_script", True, Verdict.ERROR),
     ("device", "device", "scripted", Verdict.ERROR),
     ("sets off by itself", f"{LIMITS}.authority.engage_autonomously", True, Verdict.ERROR),
+    ("real time", "wire.clock.real_time_factor", 0.5, Verdict.ERROR),
     ("map", "around.map_problem", "no such map", Verdict.ERROR),
     ("zones", "around.gateway_map", None, Verdict.WARNING),
     ("zones", "around.gateway_map.zones.0.left_m", -7.0, Verdict.ERROR),
@@ -285,6 +286,7 @@ def test_a_folder_of_another_machine_is_looked_at_and_an_incomplete_one_is_wrong
     [
         ("accepts_script = false", "accepts_script = true", "accepts_script = true: no program may operate it; set it to false"),
         ("engage_autonomously = false", "engage_autonomously = true", "engage_autonomously = true: it must not set off by itself"),
+        ("[wire.link]", "[wire.clock]\nreal_time_factor = 0.5\n\n[wire.link]", "real_time_factor = 0.5: it does not wait"),
     ],
 )
 def test_the_gateway_itself_refuses_to_start_on_a_road_with_what_only_a_simulation_may(tmp_path, before, after, said):

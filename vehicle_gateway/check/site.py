@@ -83,6 +83,15 @@ def _engages(facts: Facts) -> Outcome:
     )
 
 
+def _in_real_time(facts: Facts) -> Outcome:
+    factor = facts.wire.clock.real_time_factor
+    return Outcome(
+        f"real_time_factor = {factor:g}",
+        not (factor != 1.0 and facts.is_driven_by_its_own_sensors),
+        "leave [wire.clock] real_time_factor out: a car that is really there does not wait",
+    )
+
+
 def _map(facts: Facts) -> Outcome:
     problem = facts.around.map_problem
     return Outcome(problem or "found", not problem, "name a map in [autonomy] map")
@@ -138,6 +147,7 @@ SITE_CHECKS = (
     Check("scripted operator refused", _script_refused),
     Check("device", _device),
     Check("sets off by itself", _engages),
+    Check("real time", _in_real_time),
     Check("map", _map),
     Check("zones", _zones),
     Check("scenario", _scenario),
