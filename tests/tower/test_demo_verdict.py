@@ -4,7 +4,18 @@ import time
 import pytest
 
 from tower.demo.crew import Member, crew
-from tower.demo.demo import PASSED, SILENT_S, START_PATIENCE_S, failed, late, missing_files, over, with_slow_machine
+from tower.demo.demo import (
+    PASSED,
+    SILENT_S,
+    START_PATIENCE_S,
+    could_not_keep_up,
+    failed,
+    late,
+    missing_files,
+    out_of_time,
+    over,
+    with_slow_machine,
+)
 from tower.demo.session import choose, write_session
 from tower.demo.story import Story
 from wire.configuration import ConfigurationError, shipped
@@ -17,9 +28,10 @@ LIMIT_S = SCENARIO.time_limit_s
 
 def test_a_drive_goes_on_until_something_ends_it():
     assert over(Story(elapsed_s=LIMIT_S), SCENARIO, refuses=False) is None
-    assert over(Story(elapsed_s=LIMIT_S + 0.1), SCENARIO, refuses=False).code == 1
+    assert over(Story(elapsed_s=LIMIT_S + 0.1), SCENARIO, refuses=False) == out_of_time(LIMIT_S)
     assert over(Story(goal_reached=True), SCENARIO, refuses=False) == PASSED
-    assert over(Story(goal_reached=True, collisions=1), SCENARIO, refuses=False).code == 1
+    collided = over(Story(goal_reached=True, collisions=1), SCENARIO, refuses=False)
+    assert collided.code == 1 and not collided.ran_out_of_time, "never driven once more"
 
 
 def test_with_a_file_as_camera_a_refused_hand_over_is_what_the_demo_shows():
@@ -87,6 +99,8 @@ def test_a_drive_that_failed_on_a_machine_that_could_not_keep_up_says_so_with_wh
     slow, quick = {"cameras": {"front": {"halved_s": 3.0}}}, {"cameras": {"front": {"halved_s": 0.0}}}
     told = with_slow_machine(failed("the goal was not reached"), slow)
     assert told.code == 1 and "the goal was not reached; this machine could not keep up" in told.text and "--config" in told.text
+    assert could_not_keep_up(slow)
     for summary in (quick, None):
+        assert not could_not_keep_up(summary)
         assert with_slow_machine(failed("the goal was not reached"), summary) == failed("the goal was not reached")
     assert with_slow_machine(PASSED, slow) == PASSED

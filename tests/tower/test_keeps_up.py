@@ -42,15 +42,15 @@ def test_only_a_camera_that_has_nothing_left_to_give_up_says_that_a_machine_is_t
     assert keeps_up.look([camera(level), camera(level, required=False)], Mode.AUTONOMOUS, 20.0 + PATIENCE_S) == (level < LOWEST)
 
 
-def test_it_is_judged_while_the_car_drives_itself_and_only_after_a_while():
+def test_it_is_judged_while_nobody_drives_by_the_pictures_and_only_after_a_while():
     keeps_up = KeepsUp()
-    for mode in (None, Mode.STANDBY, Mode.TAKEOVER_REQUESTED, Mode.REMOTE):
+    for mode in (None, Mode.STANDBY, Mode.HANDING_OVER, Mode.REMOTE):
         assert keeps_up.look([camera(LOWEST)], mode, 10.0) and keeps_up.look([camera(LOWEST)], mode, 100.0)
     assert keeps_up.look([camera(LOWEST)], Mode.AUTONOMOUS, 100.0)
     assert keeps_up.look([camera(LOWEST)], Mode.AUTONOMOUS, 99.0 + PATIENCE_S)
     assert keeps_up.look([camera(0)], Mode.AUTONOMOUS, 99.5 + PATIENCE_S), "it has recovered"
     assert keeps_up.look([camera(LOWEST)], Mode.AUTONOMOUS, 100.0 + PATIENCE_S)
-    assert not keeps_up.look([camera(LOWEST)], Mode.AUTONOMOUS, 100.0 + 2 * PATIENCE_S)
+    assert not keeps_up.look([camera(LOWEST)], Mode.TAKEOVER_REQUESTED, 100.0 + 2 * PATIENCE_S)
 
 
 @pytest.mark.parametrize(

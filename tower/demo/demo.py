@@ -36,6 +36,7 @@ FAILED, INTERRUPTED = 1, 130
 class Verdict:
     code: int
     text: str = ""
+    ran_out_of_time: bool = False
 
 
 PASSED = Verdict(0)
@@ -44,6 +45,10 @@ TOO_SLOW = Verdict(FAILED, "this machine cannot keep up with the pictures")
 
 def failed(why: str) -> Verdict:
     return Verdict(FAILED, f"the demo failed: {why}")
+
+
+def out_of_time(limit_s: float) -> Verdict:
+    return replace(failed(f"the goal was not reached within {limit_s:g} s"), ran_out_of_time=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,10 +74,10 @@ def run(config: Path, stop: threading.Event, choices: Choices) -> int:
 
 
 def _drive(config: Path, stop: threading.Event, choices: Choices, console: Console) -> Verdict:
-    """One drive in a folder of its own. TOO_SLOW: broken off, because nobody said how fast it has to be."""
+    """One drive in a folder of its own. TOO_SLOW: not good enough for the machine's sake, and nobody said how fast it has to be."""
     tables = choose(config, choices.scenario, choices.front_camera)
     if choices.real_time_factor is not None:
-        tables["wire"].setdefault("clock", {})["real_time_factor"] = choices.real_time_factor
+        tables.setdefault("wire", {}).setdefault("clock", {})["real_time_factor"] = choices.real_time_factor
     scenario, _ = read_scenario(Path(tables["vehicle_gateway"]["simulation"]["scenario"]))
     folder = utc_folder(choices.sessions)
     written = write_session(tables, folder)
@@ -90,13 +95,19 @@ def _drive(config: Path, stop: threading.Event, choices: Choices, console: Conso
     summary = summarize(folder, console)
     if summary is not None:
         console.print(table_of(summary, folder, clock.real_time_factor))
+    if may_be_slower and verdict.ran_out_of_time and could_not_keep_up(summary):
+        return TOO_SLOW
     return with_slow_machine(missing_files(verdict, folder, story.was_remote), summary)
 
 
+def could_not_keep_up(summary: dict[str, Any] | None) -> bool:
+    """Whether a drive's cameras had nothing left to give up."""
+    return summary is not None and any(camera.get("halved_s") for camera in summary["cameras"].values())
+
+
 def with_slow_machine(verdict: Verdict, summary: dict[str, Any] | None) -> Verdict:
-    """A drive that failed while its cameras had nothing left to give up says so, with what to do."""
-    slow = summary is not None and any(camera.get("halved_s") for camera in summary["cameras"].values())
-    if verdict.code == 0 or not slow:
+    """A drive that failed on a machine that could not keep up says so, with what to do."""
+    if verdict.code == 0 or not could_not_keep_up(summary):
         return verdict
     fix = (
         "end what else runs on it, drive slower with --real-time-factor, "
@@ -182,7 +193,7 @@ def over(story: Story, scenario: Scenario, refuses: bool) -> Verdict | None:
     if refuses and story.mode is Mode.STOPPED and stood_s > REFUSED_S:
         return PASSED if story.refused and not story.was_remote else failed("the hand-over was not refused")
     if story.elapsed_s > scenario.time_limit_s:
-        return failed(f"the goal was not reached within {scenario.time_limit_s:g} s")
+        return out_of_time(scenario.time_limit_s)
     return None
 
 
@@ -196,7 +207,7 @@ def late(started: bool, running_s: float, silent_s: float, limit_s: float) -> Ve
         )
     if silent_s > SILENT_S:
         return failed(f"nothing was heard of the simulated world for {SILENT_S:g} s")
-    return failed(f"the goal was not reached within {limit_s:g} s") if running_s > limit_s + SILENT_S else None
+    return out_of_time(limit_s) if running_s > limit_s + SILENT_S else None
 
 
 def told(ended: Ended) -> str:

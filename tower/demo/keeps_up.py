@@ -7,7 +7,8 @@ from wire.messages.sensing import CameraStatus
 from wire.messages.vehicle import Mode
 
 SLOWER = 0.5  # of real time
-PATIENCE_S = 10.0  # of driving with pictures given up as far as they can be: a step back would be tried after eight good ones
+WITHOUT_OPERATOR = frozenset({Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED, Mode.SAFE_STOP, Mode.STOPPED})
+PATIENCE_S = 10.0  # of a drive with pictures given up as far as they can be: a step back would be tried after eight good ones
 LOWEST_SHARE = 0.5  # of a camera's rate, at half its width and height: the last step of giving way (vehicle_gateway.video.load)
 
 
@@ -16,8 +17,8 @@ class KeepsUp:
     _given_up_since_s: float | None = None
 
     def look(self, cameras: Iterable[CameraStatus], mode: Mode | None, elapsed_s: float) -> bool:
-        """False as soon as the machine is too slow. While the programs start, and once somebody was asked, it is not judged."""
-        if mode is not Mode.AUTONOMOUS or not any(map(_has_given_up, cameras)):
+        """False as soon as the machine is too slow. It is not judged while the programs start, nor while the operator drives."""
+        if mode not in WITHOUT_OPERATOR or not any(map(_has_given_up, cameras)):
             self._given_up_since_s = None
         elif self._given_up_since_s is None:
             self._given_up_since_s = elapsed_s
