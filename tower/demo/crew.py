@@ -30,13 +30,13 @@ class Member:
 
 
 # In the order in which they are stopped: the recorder sees the others out, its hub (the gateway) goes last.
-# Where two cores are all there is, the car's control loops keep to one and what is seen and felt to the other: a loop that
-# wanders finds its memory in the other core's cache, and pictures wash it out (benchmarks/results/reaches.md).
+# Where two cores are all there is, what carries commands to the car keeps to one and the operator's programs to the other: a loop that
+# wanders finds its memory in the other core's cache, and pictures wash it out (benchmarks/results/reaches.md). Neither core is full.
 CAR = (
     Member("autonomy", "autonomy", "run"),
     Member("video", "vehicle-gateway", "video"),
     Member("recorder", "recordings", "record"),
-    Member("simulate", "vehicle-gateway", "simulate", restarts=False, core=0),
+    Member("simulate", "vehicle-gateway", "simulate", restarts=False),
     Member("ecu", "vehicle-gateway", "ecu", core=0),
     Member("watchdog", "vehicle-gateway", "watchdog", core=0),
     Member("gateway", "vehicle-gateway", "run", core=0),
