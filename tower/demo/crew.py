@@ -30,8 +30,8 @@ class Member:
 
 
 # In the order in which they are stopped: the recorder sees the others out, its hub (the gateway) goes last.
-# Where two cores are all there is, what carries commands to the car keeps to one and the operator's programs to the other: a loop that
-# wanders finds its memory in the other core's cache, and pictures wash it out (benchmarks/results/reaches.md). Neither core is full.
+# Where two cores are all there is, what carries commands to the car keeps to one and the operator's programs to the other: who
+# wanders finds its memory in the other core's cache, and pictures wash it out (benchmarks/results/reaches.md). Neither is full.
 CAR = (
     Member("autonomy", "autonomy", "run"),
     Member("video", "vehicle-gateway", "video"),
