@@ -68,7 +68,7 @@ class Program:
         self._log = folder / f"{arguments[0]}.log"
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "tower.demo.child", str(os.getpid()), str(program), *arguments],
+                [sys.executable, "-m", "tower.demo.child", str(os.getpid()), "", str(program), *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
