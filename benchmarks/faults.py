@@ -29,7 +29,7 @@ from benchmarks.fault_kinds import KINDS, Kind
 from benchmarks.fault_rows import Shot, load, save
 from benchmarks.fault_table import present_commit
 from benchmarks.mode_faults import recording_is_whole
-from benchmarks.rig import RigError, asked_factor
+from benchmarks.rig import RigError, real_time_factor
 from benchmarks.two_machines import missing
 from benchmarks.warm_rig import DISK, FAST, STANDSTILL_M_S, WARM, ZONED, Ride, WarmRig, pause, said, warm_rig
 from tower.demo.aftermath import make_whole
@@ -61,7 +61,7 @@ class Seen(NamedTuple):
 def shoot(rig: WarmRig, kind: Kind | Exchange, number: int) -> Shot:
     """Do it and say what came of it; the rig is healed afterwards."""
     shot = told(rig, kind, number) if isinstance(kind, Exchange) else struck(rig, kind, number)
-    slow = "" if asked_factor() == 1.0 else f"; in slow motion, {asked_factor():.0%} of real time"
+    slow = "" if real_time_factor() == 1.0 else f"; in slow motion, {real_time_factor():.0%} of real time"
     return replace(shot, kind=kind.name, number=number, commit=present_commit(), text=shot.text + slow)
 
 

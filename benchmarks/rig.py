@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import tomli_w
 from rich.console import Console
 
 from tower.demo.aftermath import make_whole
-from tower.demo.crew import CAR, TOWER, Member, crew, usable_cores, utc_folder
+from tower.demo.crew import CAR, TOWER, Member, crew, utc_folder
 from tower.demo.observer import Observer
 from tower.demo.session import choose, write_session
 from wire.configuration import read_sections, read_tables, shipped
@@ -28,7 +27,6 @@ from wire.messages.vehicle import Mode
 from wire.settings import WireSettings
 
 LOOK_S = 0.02
-SLOWER, MS_PER_CORE = 0.5, 10.0  # drives in real time held on two cores with 14 to 17 ms a picture, with 25 none did
 _decode = msgspec.json.Decoder(Referee).decode
 
 
@@ -36,18 +34,9 @@ class RigError(Exception):
     """The drive did not come to where the test needs it; the text says what it waited for and where the logs are."""
 
 
-def asked_factor() -> float:
-    """Real time, where nobody asked for slow motion."""
-    return float(os.environ.get("REAL_TIME_FACTOR", "1"))
-
-
-@cache
 def real_time_factor() -> float:
-    """Of the drives under test, whose patience is in their own time: REAL_TIME_FACTOR, else as this machine draws pictures."""
-    if "REAL_TIME_FACTOR" in os.environ:
-        return asked_factor()
-    drawn = subprocess.run([sys.executable, "-m", "benchmarks.picture_cost"], capture_output=True, text=True, check=True)
-    return 1.0 if float(drawn.stdout) <= MS_PER_CORE * len(usable_cores()) else SLOWER
+    """Of the drives and rigs that are begun, whose patience is in their own time: what REAL_TIME_FACTOR says, else real time."""
+    return float(os.environ.get("REAL_TIME_FACTOR", "1"))
 
 
 class RefereeLog:

@@ -21,7 +21,7 @@ import tomli_w
 
 from benchmarks.bad_way import BadWay, bad_way
 from benchmarks.fault_commands import Arrivals
-from benchmarks.rig import RefereeLog, RigError, asked_factor, halved
+from benchmarks.rig import RefereeLog, RigError, halved, real_time_factor
 from benchmarks.slow_disk import Disk, slow_disk
 from benchmarks.two_machines import CAR_ADDRESS, Listener, Machine, Sites, two_machines
 from wire.configuration import read_tables
@@ -208,7 +208,7 @@ def zone_from(station_m: float) -> dict[str, Any]:
 
 
 def _configure(sites: Sites, ride: Ride) -> None:
-    clock = {"real_time_factor": asked_factor(), "slowed_since_ns": time.monotonic_ns()}
+    clock = {"real_time_factor": real_time_factor(), "slowed_since_ns": time.monotonic_ns()}
     for machine in (sites.car, sites.tower):
         tables: dict[str, Any] = read_tables(machine.config)
         tables["wire"].setdefault("clock", {}).update(clock)
