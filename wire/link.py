@@ -20,7 +20,7 @@ from wire.endpoint import Endpoint
 from wire.failures import LinkError as LinkError
 from wire.failures import Stopped as Stopped
 from wire.latest import EventQueue, Latest
-from wire.link_threads import Known, few_threads, threads_with
+from wire.link_threads import Known, receive_on_one_thread, threads_with
 from wire.messages.base import UNDECODABLE, Message, decoder, encode
 from wire.order import Newest, has_room, is_old, is_ordered, stream_of
 from wire.reach import told_why
@@ -80,7 +80,6 @@ def _say_goodbye(session: zenoh.Session) -> None:
 
 
 def _open_hub(configuration: zenoh.Config, settings: LinkSettings, site: str) -> zenoh.Session:
-    few_threads(hub=True)
     try:
         return zenoh.open(configuration)
     except zenoh.ZError as error:
@@ -92,7 +91,7 @@ def _open_hub(configuration: zenoh.Config, settings: LinkSettings, site: str) ->
 
 
 def _open_client(configuration: zenoh.Config, stop: threading.Event, hub: Endpoint) -> zenoh.Session:
-    few_threads(hub=False)
+    receive_on_one_thread()
     tries = 0
     while not stop.is_set():
         try:

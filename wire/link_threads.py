@@ -14,11 +14,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-# Zenoh's default is a thread each to accept, send, look after the links and run what is left: a packet on its way through a hub
-# wakes them in turn. None of these calls Python; those that receive do, and stay apart.
-_ONE_SENDER = "acc:(handover:app),tx:(handover:app),net:(handover:app)"
-_HUB = f"({_ONE_SENDER})"
-_CLIENT = f"(rx:(worker_threads:1),{_ONE_SENDER})"  # the default is two that wake each other for every message
+_ONE_RECEIVER = "(rx:(worker_threads:1))"  # Zenoh's default is two that wake each other for every message
 
 
 def beneath(fifo_priority: int) -> int:
@@ -71,9 +67,9 @@ def raise_plain_threads(fifo_priority: int) -> None:
                     os.sched_setscheduler(thread.native_id, os.SCHED_FIFO, os.sched_param(fifo_priority))
 
 
-def few_threads(hub: bool) -> None:
-    """Before the first session. A hub keeps two that receive: one may wait for a reader that is slow to take events."""
-    os.environ.setdefault("ZENOH_RUNTIME", _HUB if hub else _CLIENT)
+def receive_on_one_thread() -> None:
+    """For a client, before its first session. A hub keeps two: one may wait for a reader that is slow to take events."""
+    os.environ.setdefault("ZENOH_RUNTIME", _ONE_RECEIVER)
 
 
 class Known(threading.local):
