@@ -25,6 +25,9 @@ class Named(Protocol):
     def fate(self) -> str: ...
 
 
+SLOW = "in slow motion"  # stands in the text of a shot that was
+
+
 class Shot(msgspec.Struct, frozen=True, kw_only=True):
     """One fault at one instant."""
 
@@ -57,11 +60,13 @@ def table(shots: Sequence[Shot], kinds: Sequence[Named], note: str) -> str:
     machine = f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}"
     of_kind = {kind.name: [shot for shot in shots if shot.kind == kind.name] for kind in kinds}
     run = [kind for kind in kinds if of_kind[kind.name]]
+    slow = sum(any(SLOW in shot.text for shot in of_kind[kind.name]) for kind in run)
     held = sum(all(shot.held for shot in of_kind[kind.name]) for kind in run)
     lines = [
         "# Faults, with real processes",
         "",
-        f"`make faults`, {machine}, cameras half as wide and high: {held} of {len(run)} kinds held, {len(shots)} shots. "
+        f"`make faults`, {machine}, cameras half as wide and high: {held} of {len(run)} kinds held, {len(shots)} shots"
+        f"{f'; {slow} kinds {SLOW} only' if slow else ''}. "
         "Worst of its shots in each column.",
         "",
         "Operator told: the mode and its cause as they last came to the window at the tower's hub; whether it was silent since,",

@@ -26,7 +26,7 @@ from benchmarks.fault_bounds import COMMIT_MS, FORMULA, after
 from benchmarks.fault_commands import Gaps
 from benchmarks.fault_hand_overs import Exchange
 from benchmarks.fault_kinds import KINDS, Kind
-from benchmarks.fault_rows import Shot, load, save
+from benchmarks.fault_rows import SLOW, Shot, load, save
 from benchmarks.fault_table import present_commit
 from benchmarks.mode_faults import recording_is_whole
 from benchmarks.rig import RigError, real_time_factor
@@ -61,7 +61,7 @@ class Seen(NamedTuple):
 def shoot(rig: WarmRig, kind: Kind | Exchange, number: int) -> Shot:
     """Do it and say what came of it; the rig is healed afterwards."""
     shot = told(rig, kind, number) if isinstance(kind, Exchange) else struck(rig, kind, number)
-    slow = "" if real_time_factor() == 1.0 else f"; in slow motion, {real_time_factor():.0%} of real time"
+    slow = "" if real_time_factor() == 1.0 else f"; {SLOW}, {real_time_factor():.0%} of real time"
     return replace(shot, kind=kind.name, number=number, commit=present_commit(), text=shot.text + slow)
 
 
