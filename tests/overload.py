@@ -1,32 +1,17 @@
 """A whole drive that fails on a machine that cannot keep up says nothing of the code: it is skipped, with the line that says so.
 
 The evidence is the drive's own, and only of a drive that the failing test itself began: its cameras have given way to the rest of
-the car as far as they can (vehicle_gateway.video.load). One that holds all the same has passed. Where the machine is known
-beforehand to be too slow they run in slow motion. The folders of whole drives take hook and fixture into their conftest.py.
+the car as far as they can (vehicle_gateway.video.load). One that holds all the same has passed. The folders of whole drives take
+the hook into their conftest.py.
 """
 
-import os
 import re
-import subprocess
-import sys
 from collections.abc import Generator
 from pathlib import Path
 
 import pytest
 
-from tower.demo.crew import usable_cores
-from tower.demo.keeps_up import SLOWER
-
-MS_PER_CORE = 10.0  # for a picture: drives in real time held on two cores with 14 to 17 ms, with 25 none did
 GAVE_WAY = re.compile(r"cameras: level (\d+) of (\d+) of giving way")
-
-
-@pytest.fixture(scope="session", autouse=True)
-def speed() -> None:
-    """The drives' real time factor: REAL_TIME_FACTOR, else slow motion where this machine draws pictures slowly."""
-    if "REAL_TIME_FACTOR" not in os.environ:
-        drawn = subprocess.run([sys.executable, "-m", "benchmarks.picture_cost"], capture_output=True, text=True, check=True)
-        os.environ["REAL_TIME_FACTOR"] = str(1.0 if float(drawn.stdout) <= MS_PER_CORE * len(usable_cores()) else SLOWER)
 
 
 def overloaded(session: Path) -> bool:

@@ -38,7 +38,7 @@ def is_really_there(settings: VehicleGatewaySettings) -> bool:
     return not settings.simulation.scenario
 
 
-def refuse_on_a_road(settings: VehicleGatewaySettings, accepts_script: bool, real_time_factor: float = 1.0) -> None:
+def refuse_on_a_road(settings: VehicleGatewaySettings, accepts_script: bool, real_time_factor: float) -> None:
     """What no car that is really there may be started with. Raises ConfigurationError."""
     refused = (
         (accepts_script, "[wire.link] accepts_script = true: no program may operate it; set it to false"),

@@ -1,5 +1,6 @@
-"""Whole drives: on a slow machine in slow motion; what fails on one that cannot keep up even so says nothing (tests.overload)."""
+"""Whole drives: on a slow machine in slow motion; what fails on one that cannot keep up even so says nothing."""
 
-from tests.overload import pytest_runtest_makereport, speed
+from tests.drive_speed import speed
+from tests.overload import pytest_runtest_makereport
 
 __all__ = ["pytest_runtest_makereport", "speed"]

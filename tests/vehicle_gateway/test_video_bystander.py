@@ -28,8 +28,9 @@ def be_stopped_for_a_while() -> None:
         wait_for_lateness_between(-1.0, PERIOD_NS / 2e9, others.late_ns)
         os.kill(process.pid, signal.SIGSTOP)
         wait_for_lateness_between(STOPPED_S, 20.0, others.late_ns)  # told while it waits, not only afterwards
+        woken_ns = others._told[0]
         os.kill(process.pid, signal.SIGCONT)
-        time.sleep(3 * PERIOD_NS / 1e9)
+        wait_for_lateness_between(0.0, 20.0, lambda: int(others._told[0] - woken_ns) - PERIOD_NS)  # it has woken again
         assert others.late_ns() / 1e9 >= STOPPED_S - PERIOD_NS / 1e9, "the worst of the last second"
         wait_for_lateness_between(-1.0, PERIOD_NS / 2e9, others.late_ns)  # forgotten after it
     assert process.exitcode == 0
