@@ -1,8 +1,9 @@
-"""A cable between two network namespaces that can be made bad: `python -m benchmarks.bad_way NAMESPACE=ADDRESS/BITS NAMESPACE=...`.
+"""A cable between two network namespaces that can be made bad: `python -m benchmarks.bad_way FACTOR NAME=ADDRESS/BITS NAME=...`.
 
 A process of its own with a TUN device in each namespace, both named `way`; every packet goes through benchmarks.impairment. What
 it does from now on is a line of JSON on its standard input, `{"forward": {...}, "back": {...}}`, answered by the same line once it
-is so; forward is from the first namespace to the second. Ends with its input. Linux, root. Never outside those two namespaces.
+is so; forward is from the first namespace to the second. All times are a drive's own, FACTOR of the real ones. Ends with its
+input. Linux, root. Never outside those two namespaces.
 """
 
 import ctypes
@@ -16,12 +17,12 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from time import monotonic_ns
 from typing import IO
 
 import msgspec
 
 from benchmarks.impairment import Impairment, Way, send
+from wire.clock import Clock
 from wire.messages.base import Message
 
 DEVICE = "way"
@@ -59,8 +60,8 @@ _Due = tuple[int, int, bytes]  # when it is due, its number, the packet
 class Relay:
     """Both directions and what is under way in them."""
 
-    def __init__(self, ends: tuple[int, int], seed: int = 1) -> None:
-        self._ends = ends
+    def __init__(self, ends: tuple[int, int], clock: Clock, seed: int = 1) -> None:
+        self._ends, self._clock = ends, clock
         self._ways = [Way(), Way()]
         self._under_way: tuple[list[_Due], list[_Due]] = ([], [])  # by the end it came in at
         self._count = 0
@@ -70,7 +71,7 @@ class Relay:
     def step(self, keys: IO[bytes]) -> bool:
         """Wait for the next thing to do and do it. False when there are no more instructions to come."""
         due_ns = [waiting[0][0] for waiting, held in zip(self._under_way, self.setting.held, strict=True) if waiting and not held]
-        wait_s = max((min(due_ns) - monotonic_ns()) / 1e9, 0.0) if due_ns else None
+        wait_s = self._clock.real_s(max(min(due_ns) - self._clock.now_ns(), 0)) if due_ns else None
         ready, _, _ = select.select([*self._ends, keys.fileno()], [], [], wait_s)
         for end in (0, 1):
             if self._ends[end] in ready:
@@ -82,13 +83,13 @@ class Relay:
     def _take(self, end: int) -> None:
         packet = os.read(self._ends[end], 65536)
         impairment = self.setting.back if end else self.setting.forward
-        self._ways[end], comes = send(self._ways[end], packet, monotonic_ns(), impairment, self._draw)
+        self._ways[end], comes = send(self._ways[end], packet, self._clock.now_ns(), impairment, self._draw)
         for due_ns, out in comes:
             self._count += 1
             heapq.heappush(self._under_way[end], (due_ns, self._count, out))
 
     def _let_out(self, waiting: list[_Due], to: int) -> None:
-        now_ns = monotonic_ns()
+        now_ns = self._clock.now_ns()
         while waiting and waiting[0][0] <= now_ns:
             _, _, packet = heapq.heappop(waiting)
             try:
@@ -114,8 +115,8 @@ class Relay:
 class BadWay:
     """The relay's process, from outside."""
 
-    def __init__(self, process: "subprocess.Popen[bytes]") -> None:
-        self._process = process
+    def __init__(self, process: "subprocess.Popen[bytes]", clock: Clock) -> None:
+        self._process, self._clock = process, clock
 
     def be(
         self,
@@ -124,7 +125,7 @@ class BadWay:
         held: tuple[bool, bool] = NEITHER,
         lost: tuple[bool, bool] = NEITHER,
     ) -> int:
-        """Both directions do this from now on; perfect where nothing is said. When that was so [ns, this machine's clock]."""
+        """Both directions do this from now on; perfect where nothing is said. When that was so [ns, its clock]."""
         keys, answers = self._process.stdin, self._process.stdout
         if keys is None or answers is None:
             raise RuntimeError("the relay has no pipes")
@@ -133,19 +134,19 @@ class BadWay:
         keys.flush()
         if not answers.readline():
             raise RuntimeError(f"the relay has ended with {self._process.wait()}")
-        return monotonic_ns()
+        return self._clock.now_ns()
 
 
 @contextmanager
-def bad_way(first: tuple[str, str], second: tuple[str, str]) -> Iterator[BadWay]:
+def bad_way(first: tuple[str, str], second: tuple[str, str], clock: Clock) -> Iterator[BadWay]:
     """Join two namespaces, each (its name, ADDRESS/BITS); perfect until it is told otherwise. Leaving the context cuts it."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "benchmarks.bad_way", "=".join(first), "=".join(second)],
+        [sys.executable, "-m", "benchmarks.bad_way", str(clock.real_time_factor), "=".join(first), "=".join(second)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
     )
     try:
-        way = BadWay(process)
+        way = BadWay(process, clock)
         way.be()
         yield way
     finally:
@@ -154,8 +155,9 @@ def bad_way(first: tuple[str, str], second: tuple[str, str]) -> Iterator[BadWay]
 
 
 def main(arguments: list[str]) -> int:
-    ends = [tun_in(*each.split("=", 1)) for each in arguments]
-    relay = Relay((ends[0], ends[1]))
+    factor, *places = arguments
+    ends = [tun_in(*each.split("=", 1)) for each in places]
+    relay = Relay((ends[0], ends[1]), Clock(0, float(factor)))
     keys = os.fdopen(0, "rb", buffering=0)
     while relay.step(keys):
         pass

@@ -21,8 +21,8 @@ from wire.certificates import authority_of, write_pem
 from wire.messages.vehicle import Mode
 from wire.topics import Role
 
-LIFE = timedelta(seconds=75)  # a busy machine may take half a minute until the operator drives again
-EARLY_S = 0.1  # the shot begins so long before the end of the lease
+LIFE_S = 75.0  # a busy machine may take half a minute until the operator drives again
+EARLY_NS = 100_000_000  # the shot begins so long before the end of the lease
 STANDS_S = 15.0
 STANDING = (Mode.STOPPED, Mode.STANDBY)
 
@@ -39,9 +39,10 @@ def ends(role: Role) -> Arm:
         before = {file: file.read_bytes() for file in files}
         stand(rig)
         try:
-            end_s = _issue_short(folder, role, office=site.folder.parent / "office")
+            life = timedelta(seconds=rig.clock.real_s(round(LIFE_S * 1e9)))
+            ends_ns = rig.clock.at_system_ns(_issue_short(folder, role, site.folder.parent / "office", life)) - EXPIRY_MARGIN_NS
             begin_again(rig, of_the_car)
-            yield Armed(lambda _: nothing, lambda: time.monotonic() >= end_s - EARLY_S, LIFE.total_seconds())
+            yield Armed(lambda _: nothing, lambda: rig.clock.now_ns() >= ends_ns - EARLY_NS, LIFE_S)
         finally:
             for file, content in before.items():
                 file.write_bytes(content)
@@ -51,13 +52,13 @@ def ends(role: Role) -> Arm:
     return arm
 
 
-def _issue_short(folder: Path, role: Role, office: Path) -> float:
-    """A certificate of the same name in place of the old one; when the lease ends that it carries, time.monotonic()."""
+def _issue_short(folder: Path, role: Role, office: Path, life: timedelta) -> int:
+    """A certificate of the same name in place of the old one; when it ends, time.monotonic_ns()."""
     old = x509.load_pem_x509_certificate((folder / f"{role}.pem").read_bytes())
-    new = issue(common_name(old), hosts_of(old), authority_of(office), LIFE)
+    new = issue(common_name(old), hosts_of(old), authority_of(office), life)
     write_pem(folder, role, new.key_pem, new.certificate_pem)
     left_s = (new.certificate.not_valid_after_utc - datetime.now(UTC)).total_seconds()
-    return time.monotonic() + left_s - EXPIRY_MARGIN_NS / 1e9
+    return time.monotonic_ns() + round(left_s * 1e9)
 
 
 def stand(rig: WarmRig) -> None:

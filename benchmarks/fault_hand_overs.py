@@ -2,7 +2,7 @@
 
 The car drives itself (its gateway has started again, without the memory of a stop) and the keen operator takes it. A way of 60 ms
 gives the time to act between a grant and what follows it; what became of it, and when, is told by the gateway's own status on its
-own clock, which is this machine's. The limit is the configuration's: a grant commits within 300 ms, or never.
+own clock, which is the rig's. The limit is the configuration's: a grant commits within 300 ms, or never.
 """
 
 import time
@@ -51,7 +51,7 @@ class Granted(NamedTuple):
     speed_m_s: float
 
     def after_ms(self, now_ns: int) -> float:
-        """The car's clock is this machine's monotonic one."""
+        """now_ns: the rig's clock, which is the car's."""
         return (now_ns - self.at_ns) / 1e6
 
 
@@ -81,7 +81,7 @@ def answered_late(rig: WarmRig, number: int, earlier_ms: tuple[float, ...], fate
     early_ms = earlier_ms[(number - 1) % len(earlier_ms)]
     granted = _granted(rig, forward=Impairment(delay_ms=WAY_MS))
     held_ms = granted.after_ms(rig.way.be(forward=Impairment(delay_ms=WAY_MS), held=FORWARD))
-    _until_ns(granted.at_ns + round((COMMIT_MS - early_ms) * 1e6))
+    _until_ns(rig, granted.at_ns + round((COMMIT_MS - early_ms) * 1e6))
     let_ms = granted.after_ms(rig.way.be())
     decided = _decided(rig, granted)
     wanted = "committed" if fate is Fate.COMMITS else "expired"
@@ -118,17 +118,17 @@ def _decided(rig: WarmRig, granted: Granted) -> Decided:
 
 def status_when(rig: WarmRig, what: Callable[[Status], bool], patience_s: float) -> Status:
     """The first status of the car of which this is so, a millisecond after it came. Raises RigError."""
-    until = time.monotonic() + patience_s
+    until_ns = rig.clock.now_ns() + round(patience_s * 1e9)
     while not what(status := rig.car.newest["gateway_status"]):
-        if time.monotonic() > until:
+        if rig.clock.now_ns() > until_ns:
             raise RigError(f"the hand-over never came to it: {status['mode']}, {status['cause']}, {status['take_refused']}")
         time.sleep(LOOK_S)
     return dict(status)
 
 
-def _until_ns(instant_ns: int) -> None:
-    while (left_ns := instant_ns - time.monotonic_ns()) > 0:
-        time.sleep(min(left_ns / 1e9, LOOK_S))
+def _until_ns(rig: WarmRig, instant_ns: int) -> None:
+    while (left_ns := instant_ns - rig.clock.now_ns()) > 0:
+        time.sleep(min(rig.clock.real_s(left_ns), LOOK_S))
 
 
 def _shot(rig: WarmRig, granted: Granted, decided: Decided, held: bool, text: str) -> Shot:

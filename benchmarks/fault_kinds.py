@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from benchmarks.fault_arms import Arm, End, Fate, Hurt, at_once, nothing
 from benchmarks.fault_bounds import STILL_PICTURE, Bound, after, stops
-from benchmarks.fault_certificates import EARLY_S, ends
+from benchmarks.fault_certificates import EARLY_NS, ends
 from benchmarks.fault_commands import SLOW_MS
 from benchmarks.fault_hand_overs import EXCHANGES, Exchange
 from benchmarks.fault_intruder import forger, intruder, looker_on, wrong_counters
@@ -32,7 +32,7 @@ PICTURE_AND_COMMAND_MS = 500.0  # the command's limit is the longer one of the t
 HOUR_S = 3600
 ONE_LOOK_S = 0.1  # how late the instant may be seen here
 BLACK = Impairment(loss=1.0)
-SLOW_WRITE_S = 1.0  # each write of the recorder
+SLOW_WRITE_NS = 1_000_000_000  # each write of the recorder
 REPAIR_MS = 1000.0  # until a video whose packets were lost brings whole pictures again
 
 
@@ -100,7 +100,7 @@ def disk_refuses(rig: WarmRig) -> End:
 
 @at_once
 def disk_slow(rig: WarmRig) -> End:
-    rig.disk.delay_s = SLOW_WRITE_S
+    rig.disk.delay_s = rig.clock.real_s(SLOW_WRITE_NS)
     return nothing
 
 
@@ -139,7 +139,7 @@ def _gone(name: str, how: signal.Signals, word: str) -> Kind:
 NAMES = ("cockpit", "window", "video", "gateway", "ecu", "autonomy", "recorder", "watchdog")
 _REPAIRED = after(200.0 + REPAIR_MS + PICTURE_AND_COMMAND_MS)  # the blackout, its pictures, the longest limit
 _LOST, _PICTURE, _LOOP = after(PICTURE_AND_COMMAND_MS), stops(Mode.REMOTE, "video"), after(SLOW_MS)
-_ENDS = after((EARLY_S + ONE_LOOK_S) * 1e3)  # of the lease; the shot begins this much earlier
+_ENDS = after(EARLY_NS / 1e6 + ONE_LOOK_S * 1e3)  # of the lease; the shot begins this much earlier
 _GATEWAY = stops(Mode.REMOTE, "gateway")
 MOBILE = Impairment(delay_ms=20.0, jitter_ms=3.0)
 EXPIRES = ("gateway", "the certificate of demo expires, or the car's")

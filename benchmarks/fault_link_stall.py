@@ -21,7 +21,7 @@ from benchmarks.two_machines import Listener, missing
 from benchmarks.warm_rig import WarmRig, pause, warm_rig
 
 AFTER_S = 2.0  # what came late has come by then
-LEASE_S = 1.0  # of the link (wire.transport): a longer silence ends it, and with it what waits at its sender
+LEASE_S = 1.0  # real ones, of the link (wire.transport): a longer silence ends it, and with it what waits at its sender
 BOTH = (True, True)
 UP_S, AGAIN_S, HEARD_S = 120.0, 60.0, 10.0
 OF_COMMANDS = "command "  # how the reasons begin for which the car drops one
@@ -86,7 +86,7 @@ def held_up(seconds: float, which: tuple[bool, bool] = FORWARD) -> Arm:
                 seen = told()
                 refused = ", ".join(f"{number} {reason}" for reason, number in seen.refused.items())
                 text = f"of {seen.used} used the oldest came with {seen.oldest_ms:.0f} ms; refused: {refused or 'none'}"
-                late = seen.refused.total() > 0 or seconds >= LEASE_S
+                late = seen.refused.total() > 0 or rig.clock.real_s(round(seconds * 1e9)) >= LEASE_S
                 return Finding(seen.too_old == 0 and seen.used > 0 and late, text)
 
             yield Armed(hurt, found=found)

@@ -23,7 +23,7 @@ from wire.messages.session import Action, Outcome
 from wire.messages.vehicle import Mode
 
 TRIES_MAX = 24  # in one of four both fall into one cycle
-HELD_S, OPEN_S = 0.04, 0.01  # of the way to the car: twenty bunches a second, and far below any limit of silence
+HELD_NS, OPEN_NS = 40_000_000, 10_000_000  # of the way to the car: twenty bunches a second, and far below any limit of silence
 HEARD_S = 10.0  # until the cycles are heard at all; and until that of the grant is
 NOT_SIGNED = "hand-over signature"  # why the car drops the question of whoever does not hold the lease
 HOLDER = "demo"
@@ -134,12 +134,12 @@ def _taken(rig: WarmRig, beside: Beside) -> Taken:
 def _bunch_until_taken(rig: WarmRig) -> None:
     """From when the car drives itself: what comes from the tower comes out together. Raises RigError."""
     status_when(rig, lambda status: status["mode"] != Mode.STANDBY, TAKES_S)
-    end_s = time.monotonic() + TAKES_S
-    while rig.car.mode in (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED) and time.monotonic() < end_s:
+    end_ns = rig.clock.now_ns() + round(TAKES_S * 1e9)
+    while rig.car.mode in (Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED) and rig.clock.now_ns() < end_ns:
         rig.way.be(held=FORWARD)
-        time.sleep(HELD_S)
+        time.sleep(rig.clock.real_s(HELD_NS))
         rig.way.be()
-        time.sleep(OPEN_S)
+        time.sleep(rig.clock.real_s(OPEN_NS))
 
 
 def _meeting(rig: WarmRig, cycles: list[Heard]) -> Meeting:

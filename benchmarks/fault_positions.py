@@ -4,7 +4,6 @@ Whoever drives, the automation estimates where the car is: wheels and gyro must 
 speak up. Told by what it says on the link (its status, its scene) beside the referee's truth.
 """
 
-import time
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -70,7 +69,7 @@ def stuck(mode: Mode) -> Arm:
             struck_ns: list[int] = []
 
             def hurt(rig: WarmRig) -> Any:
-                struck_ns.append(time.monotonic_ns())
+                struck_ns.append(rig.clock.now_ns())
                 return armed.hurt(rig)
 
             yield Armed(hurt, mode=mode, found=lambda: finding(believed, rig.referee(), struck_ns[0]))

@@ -84,7 +84,7 @@ def struck(rig: WarmRig, kind: Kind, number: int) -> Shot:
         before = rig.referee()[-1]
         bound_m = kind.braking.bound_m(before.speed_m_s) if kind.fate is Fate.STANDS and kind.braking else None
         print(f"       {kind.name:18s} {number}  v {before.speed_m_s:4.1f} m/s, expected: {expected(kind, bound_m)}", flush=True)
-        struck_ns = time.monotonic_ns()
+        struck_ns = rig.clock.now_ns()
         end = armed.hurt(rig)
         try:
             seen = watch(rig, kind, before, struck_ns)
@@ -108,12 +108,12 @@ def watch(rig: WarmRig, kind: Kind, before: Referee, struck_ns: int) -> Seen:
         return next((each for each in later if abs(each.speed_m_s) < STANDSTILL_M_S), None)
 
     def over() -> bool:
-        now_s, referee, status = (time.monotonic_ns() - struck_ns) / 1e9, rig.referee()[-1], rig.car.newest["gateway_status"]
+        now_s, referee, status = (rig.clock.now_ns() - struck_ns) / 1e9, rig.referee()[-1], rig.car.newest["gateway_status"]
         found["frozen"] = found["frozen"] or bool((rig.tower.newest.get("window_status") or {}).get("frozen"))
         if found["reaction_s"] is None and brakes(rig, referee, before):
             found["reaction_s"] = now_s
         if status["mode"] in STOPPING and not stopped_ns:
-            stopped_ns.append(status["mode_since_ns"])  # the car's clock is this machine's monotonic one
+            stopped_ns.append(status["mode_since_ns"])
         if found["began"] is None and stopped_ns:
             found["began"] = referee
         stops = kind.fate is Fate.STANDS or found["began"] is not None
@@ -123,7 +123,7 @@ def watch(rig: WarmRig, kind: Kind, before: Referee, struck_ns: int) -> Seen:
     with suppress(RigError):  # it does not stand: that is the answer
         rig.wait_until("it stands, or goes on", over, STAND_S + kind.lasts_s)
     for_its_reason = kind.because is None or reasons(rig, kind) > before_it
-    gaps = rig.commands.gaps(struck_ns, stopped_ns[0] if stopped_ns else time.monotonic_ns())
+    gaps = rig.commands.gaps(struck_ns, stopped_ns[0] if stopped_ns else rig.clock.now_ns())
     return Seen(stood=stood(), for_its_reason=for_its_reason, gaps=gaps, **found)  # type: ignore[arg-type]
 
 

@@ -38,7 +38,7 @@ from vehicle_gateway.can.frame import Frame
 from vehicle_gateway.can.layout import Layout, layouts
 from vehicle_gateway.settings import VehicleGatewaySettings
 from wire.certificates import folder_of
-from wire.clock import Clock
+from wire.clock import Clock, car_clock
 from wire.configuration import read_sections
 from wire.identity import signer_of
 from wire.latest import Latest
@@ -190,13 +190,13 @@ RUN, EVERY = e2e.SYNC_FRAMES + 1, 12  # commands in a row that are answered, of 
 
 def on_the_link(kind: str, config: Path, stop: threading.Event) -> None:
     speaks, listens, rate_hz, prepare = KINDS[kind]
-    clock = Clock()
+    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+    clock = car_clock(wire.clock)
     with ExitStack() as stack:
         if speaks in COCKPITS:
             link = heard = stack.enter_context(another_tower(beside(config), config, clock, stop))
         else:
-            settings = read_sections(config, {"wire": WireSettings})["wire"].link
-            link, heard = (stack.enter_context(open_link(settings, role, clock, stop)) for role in (speaks, listens))
+            link, heard = (stack.enter_context(open_link(wire.link, role, clock, stop)) for role in (speaks, listens))
         tick = prepare(link, heard, config)
         wait_for_the_word(stop)
         for number, now_ns in enumerate(stack.enter_context(Pace(1.0 / rate_hz, clock, stop))):

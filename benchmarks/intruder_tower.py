@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from tower.settings import TowerSettings
 from tower.video.receiver import VideoReceiver
 from tower.window.picture_layout import FRONT
-from wire.clock import Clock
+from wire.clock import Clock, car_clock
 from wire.configuration import read_sections
 from wire.ice import ways
 from wire.link import Link, open_link
@@ -45,8 +45,8 @@ def another_tower(settings: LinkSettings, config: Path, clock: Clock, stop: thre
 
 def looking_on(config: Path, stop: threading.Event) -> int:
     """How many pictures another tower's window decoded."""
-    clock, settings = Clock(), beside(config)
-    servers = ways(read_sections(config, {"wire": WireSettings})["wire"].ice)
+    wire: WireSettings = read_sections(config, {"wire": WireSettings})["wire"]
+    clock, settings, servers = car_clock(wire.clock), beside(config), ways(wire.ice)
     with (
         another_tower(settings, config, clock, stop),
         open_link(settings, Role.WINDOW, clock, stop) as link,

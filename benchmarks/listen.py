@@ -9,7 +9,7 @@ import sys
 import threading
 from pathlib import Path
 
-from wire.clock import Clock
+from wire.clock import car_clock
 from wire.configuration import read_sections
 from wire.link import open_link
 from wire.process import run_until_stopped
@@ -26,7 +26,7 @@ def run(config: Path, stop: threading.Event, role: Role, topics: list[str]) -> i
             sys.stdout.buffer.write(b'{"topic":"%b","received_ns":%d,"message":%b}\n' % (name.encode(), received_ns, payload))
             sys.stdout.buffer.flush()
 
-    with open_link(wire.link, role, Clock(), stop) as link:
+    with open_link(wire.link, role, car_clock(wire.clock), stop) as link:
         for topic in topics:
             link.on_raw(topic, tell)
         stop.wait()

@@ -21,13 +21,17 @@ from typing import Any
 
 import tomli_w
 
-from wire.configuration import read_tables, shipped
+from tower.demo.crew import CAR, TOWER, core_of, usable_cores
+from wire.clock import Clock, car_clock
+from wire.configuration import read_sections, read_tables, shipped
+from wire.settings import WireSettings
 
 CAR_ADDRESS, TOWER_ADDRESS = "10.213.0.1", "10.213.0.2"
 VEHICLE = "car-1"
 HOUR_NS = 3_600_000_000_000
 LOOK_S = 0.02
 _BIN = Path(sys.executable).parent
+_CREW = {member.name: member for member in (*CAR, *TOWER)}
 _OTHER_CLOCK = Path(__file__).with_name("other_clock.py")
 
 
@@ -39,6 +43,12 @@ def missing() -> str:
         return "no network namespaces: they need root"
     tried = subprocess.run(["ip", "netns", "exec", "none-such", "true"], capture_output=True, text=True, check=False)
     return "no network namespaces: not permitted here" if "not permitted" in tried.stderr else ""
+
+
+def kept_to_its_core(name: str) -> list[str]:
+    """What goes before the command of a program of that name."""
+    core = core_of(_CREW[name], usable_cores()) if name in _CREW else ""
+    return ["taskset", "-c", core] if core else []
 
 
 @dataclass(slots=True)
@@ -68,6 +78,11 @@ class Machine:
     running: dict[str, Program] = field(default_factory=dict)
     clock_s: int = 0  # how far its monotonic clock is ahead of ours, for what is started from now on
 
+    def clock(self) -> Clock:
+        """Of what is started here, as fast as this; whose hour it is does not matter to anybody outside."""
+        wire: WireSettings = read_sections(self.config, {"wire": WireSettings})["wire"]
+        return car_clock(wire.clock)
+
     def command(self, program: str, *arguments: str) -> list[str]:
         clock = [sys.executable, str(_OTHER_CLOCK), str(self.clock_s)] if self.clock_s else []
         return ["ip", "netns", "exec", self.name, *clock, str(_BIN / program), *arguments]
@@ -86,11 +101,11 @@ class Machine:
         )
 
     def start(self, name: str, program: str, *arguments: str, config: Path | None = None) -> Program:
-        """config: in place of the machine's."""
+        """config: in place of the machine's. A program of a demo keeps to the core that it has there."""
         log = self.folder / f"{name}.log"
         with log.open("ab") as stream:
             process = subprocess.Popen(
-                self.command(program, *arguments, "--config", str(config or self.config)),
+                kept_to_its_core(name) + self.command(program, *arguments, "--config", str(config or self.config)),
                 stdout=stream,
                 stderr=stream,
                 stdin=subprocess.DEVNULL,
@@ -211,11 +226,11 @@ class Listener:
     def __init__(
         self, site: Machine, *topics: str, tower: bool = False, tell: Callable[[str, Any, int], None] = lambda *_: None
     ) -> None:
-        self._tell = tell
+        self._tell, self._clock = tell, site.clock()
         self.count: Counter[str] = Counter()
         self.newest: dict[str, Any] = {}  # by topic
         self.modes: deque[str] = deque()  # in order, without repetition
-        self._heard_s: dict[str, float] = {}
+        self._heard_ns: dict[str, int] = {}
         self._process = subprocess.Popen(
             site.command("python", "-m", "benchmarks.listen", *(("--tower",) if tower else ()), str(site.config), *topics),
             stdout=subprocess.PIPE,
@@ -248,21 +263,24 @@ class Listener:
             if topic == "gateway_status" and (not self.modes or self.modes[-1] != message["mode"]):
                 self.modes.append(message["mode"])
             self.newest[topic] = message
-            self._heard_s[topic] = time.monotonic()
+            self._heard_ns[topic] = self._clock.now_ns()
             self._tell(topic, message, heard["received_ns"])
 
     def silence_s(self, topic: str) -> float:
-        """Since something was last heard on a topic."""
-        return time.monotonic() - self._heard_s.get(topic, 0.0)
+        """Since something was last heard on a topic, in the time of the site's programs."""
+        return (self._clock.now_ns() - self._heard_ns.get(topic, 0)) / 1e9
 
     @property
     def mode(self) -> str:
         return self.modes[-1] if self.modes else ""
 
     def wait_until(self, what: str, condition: Callable[[], object], patience_s: float) -> None:
-        """Look until `condition` holds. Raises TimeoutError that says what it waited for and what was heard."""
-        until = time.monotonic() + patience_s
+        """Look until `condition` holds. Raises TimeoutError that says what it waited for and what was heard.
+
+        patience_s  in the time of the site's programs
+        """
+        until_ns = self._clock.now_ns() + round(patience_s * 1e9)
         while not condition():
-            if time.monotonic() > until:
+            if self._clock.now_ns() > until_ns:
                 raise TimeoutError(f"{patience_s:g} s passed before: {what}; modes {list(self.modes)}, heard {dict(self.count)}")
             time.sleep(LOOK_S)

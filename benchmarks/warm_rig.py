@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +25,7 @@ from benchmarks.fault_commands import Arrivals
 from benchmarks.rig import RefereeLog, RigError, halved, real_time_factor
 from benchmarks.slow_disk import Disk, slow_disk
 from benchmarks.two_machines import CAR_ADDRESS, Listener, Machine, Sites, two_machines
+from wire.clock import Clock
 from wire.configuration import read_tables
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
@@ -83,6 +85,7 @@ FAST = Ride(4000.0, 9.0, 30.0 / 3.6, 60.0, {"speed_max_m_s": 9.0, "below_cap_m_s
 @dataclass(slots=True)
 class WarmRig:
     sites: Sites
+    clock: Clock  # of the drive: its faults last as long as they say on it
     ride: Ride
     way: BadWay
     car: Listener
@@ -134,7 +137,7 @@ class WarmRig:
         return bool(log) and abs(log[-1].speed_m_s) < STANDSTILL_M_S
 
     def wait_until(self, what: str, condition: Callable[[], object], patience_s: float) -> None:
-        """Raises RigError."""
+        """patience_s: on the drive's clock. Raises RigError."""
         try:
             self.car.wait_until(what, condition, patience_s)
         except TimeoutError as error:
@@ -155,11 +158,13 @@ class WarmRig:
 @contextmanager
 def warm_rig(folder: Path, ride: Ride = WARM) -> Iterator[WarmRig]:
     """The rig with everything started; leaving the context ends it."""
-    with two_machines(folder, str(_world(folder, ride)), cable=_cable) as sites, ExitStack() as stack:
+    clock = Clock(0, real_time_factor(), time.monotonic_ns())
+    cable = partial(_cable, clock=clock)
+    with two_machines(folder, str(_world(folder, ride)), cable=cable) as sites, ExitStack() as stack:
         way = sites.cable
         if not isinstance(way, BadWay):
             raise RigError("the rig has no bad way")
-        _configure(sites, ride)
+        _configure(sites, ride, clock)
         try:
             disk = stack.enter_context(slow_disk(sites.car.folder / DISK, sites.car.folder / MOUNTED))
         except OSError as error:
@@ -172,7 +177,7 @@ def warm_rig(folder: Path, ride: Ride = WARM) -> Iterator[WarmRig]:
         for name in TOWER:
             _start(sites.tower, name)
         tower = stack.enter_context(Listener(sites.tower, "gateway_status", "window_status", tower=True))
-        yield WarmRig(sites, ride, way, car, tower, disk, RefereeLog(sites.car.folder), commands)
+        yield WarmRig(sites, clock, ride, way, car, tower, disk, RefereeLog(sites.car.folder), commands)
 
 
 def _start(machine: Machine, name: str, config: str = "") -> None:
@@ -181,8 +186,8 @@ def _start(machine: Machine, name: str, config: str = "") -> None:
 
 
 @contextmanager
-def _cable(car: Machine, tower: Machine) -> Iterator[BadWay]:
-    with bad_way((tower.name, f"{tower.address}/24"), (car.name, f"{car.address}/24")) as way:
+def _cable(car: Machine, tower: Machine, clock: Clock) -> Iterator[BadWay]:
+    with bad_way((tower.name, f"{tower.address}/24"), (car.name, f"{car.address}/24"), clock) as way:
         yield way
 
 
@@ -207,11 +212,11 @@ def zone_from(station_m: float) -> dict[str, Any]:
     }
 
 
-def _configure(sites: Sites, ride: Ride) -> None:
-    clock = {"real_time_factor": real_time_factor(), "slowed_since_ns": time.monotonic_ns()}
+def _configure(sites: Sites, ride: Ride, clock: Clock) -> None:
+    pace = {"real_time_factor": clock.real_time_factor, "slowed_since_ns": clock.slowed_since_ns}
     for machine in (sites.car, sites.tower):
         tables: dict[str, Any] = read_tables(machine.config)
-        tables["wire"].setdefault("clock", {}).update(clock)
+        tables["wire"].setdefault("clock", {}).update(pace)
         if machine is sites.car:
             tables["autonomy"]["map"] = tables["vehicle_gateway"]["map"] = str(machine.folder.parent / "long.toml")
             limits = tables["vehicle_gateway"].setdefault("limits", {})
@@ -264,5 +269,5 @@ def wait_for_line(process: "subprocess.Popen[bytes]", line: str, patience_s: flo
 
 def pause(rig: WarmRig, seconds: float) -> None:
     """Let the drive go on for a while; looked at, not slept through."""
-    until = time.monotonic() + seconds
-    rig.wait_until("time passed", lambda: time.monotonic() >= until, seconds + 5.0)
+    until_ns = rig.clock.now_ns() + round(seconds * 1e9)
+    rig.wait_until("time passed", lambda: rig.clock.now_ns() >= until_ns, seconds + 5.0)

@@ -72,7 +72,7 @@ def run(config: Path, stop: threading.Event, connect: tuple[str, ...] = (), list
     with (
         Memory(file) as memory,
         open_link(link_settings, Role.VEHICLE_HUB, clock, stop, hub=True, fifo_priority=served) as link,
-        Verifier(link_settings, utc_minus_monotonic_ns()) as verifier,
+        Verifier(link_settings, clock, utc_minus_monotonic_ns()) as verifier,
     ):
         inbox = Inbox(link, boot_id, verifier, clock, car)
         with (

@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from wire.access import Names, admitted
 from wire.authority import read_certificate
 from wire.certificates import AUTHORITY, CertificateError, earliest_end, folder_of, revocations_of
+from wire.clock import Clock
 from wire.identity import Proven, Unproven, proven
 from wire.messages.base import Message, Name, Text, TimeNs
 from wire.messages.session import LeaseRequest, SupervisionRequest
@@ -38,13 +39,13 @@ class Identity(Message):
 class Verifier:
     """Recognises those who may ask this car; a context in which a thread of its own looks at the list of the revoked."""
 
-    def __init__(self, settings: LinkSettings, utc_minus_monotonic_ns: int) -> None:
-        """Raises CertificateError."""
+    def __init__(self, settings: LinkSettings, clock: Clock, utc_minus_monotonic_ns: int) -> None:
+        """clock: of the car; certificates end in real time, however slow that is. Raises CertificateError."""
         self._settings, self._folder = settings, folder_of(settings.certificates)
         self._authority = read_certificate((self._folder / f"{AUTHORITY}.pem").read_bytes())
         self._operators = (Role.TOWER_HUB, Role.TOWER_SCRIPT) if settings.accepts_script else (Role.TOWER_HUB,)
         self._own_end = earliest_end(self._folder)  # at its end the tower cuts the link as well
-        self._utc_ns = utc_minus_monotonic_ns
+        self._clock, self._utc_ns = clock, utc_minus_monotonic_ns
         self._second, self._looked = 0, Counter[tuple[str, str]]()  # by certificate and operator, in this second
         self._revoked = revocations_of(self._folder)
         self._names: Names = admitted(settings, self._revoked)
@@ -91,7 +92,8 @@ class Verifier:
         if not self._has_time((question.certificate, question.operator), now_ns):
             return Identity(rule="too many questions at once: ask again")
         try:
-            asker = proven(question, self._authority, datetime.fromtimestamp((now_ns + self._utc_ns) / 1e9, UTC))
+            utc_ns = self._clock.system_ns(now_ns) + self._utc_ns
+            asker = proven(question, self._authority, datetime.fromtimestamp(utc_ns / 1e9, UTC))
         except Unproven as error:
             return Identity(rule=str(error))
         if self.is_revoked(asker.name):
@@ -101,7 +103,7 @@ class Verifier:
         return self._of(asker)
 
     def _of(self, asker: Proven) -> Identity:
-        ends_ns = round(min(asker.ends, self._own_end).timestamp() * 1e9) - self._utc_ns
+        ends_ns = self._clock.at_system_ns(round(min(asker.ends, self._own_end).timestamp() * 1e9) - self._utc_ns)
         return Identity(name=asker.name, operator=owner_of(asker.name), fingerprint=asker.fingerprint, ends_ns=max(ends_ns, 1))
 
     def _has_time(self, asker: tuple[str, str], now_ns: int) -> bool:

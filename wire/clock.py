@@ -20,10 +20,18 @@ class Clock:
     slowed_since_ns: int = 0
 
     def now_ns(self) -> int:
-        now_ns = time.monotonic_ns()
-        if self.real_time_factor != 1.0:
-            now_ns = self.slowed_since_ns + int((now_ns - self.slowed_since_ns) * self.real_time_factor)
-        return now_ns + self.offset_ns
+        return self.at_system_ns(time.monotonic_ns())
+
+    def at_system_ns(self, system_ns: int) -> int:
+        """What it shows when the system's monotonic clock shows this."""
+        if self.real_time_factor == 1.0:
+            return system_ns + self.offset_ns
+        return self.slowed_since_ns + int((system_ns - self.slowed_since_ns) * self.real_time_factor) + self.offset_ns
+
+    def system_ns(self, now_ns: int) -> int:
+        """What the system's monotonic clock shows when this one shows `now_ns`."""
+        since_ns = now_ns - self.offset_ns - self.slowed_since_ns
+        return self.slowed_since_ns + (since_ns if self.real_time_factor == 1.0 else int(since_ns / self.real_time_factor))
 
     def real_s(self, duration_ns: int) -> float:
         """How long that takes, for whoever has to wait for it."""

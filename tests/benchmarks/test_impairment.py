@@ -12,6 +12,7 @@ import pytest
 from benchmarks.bad_way import Both, Relay, bad_way
 from benchmarks.impairment import HELD_MAX_S, Impairment, Way, changed, send
 from benchmarks.two_machines import missing
+from wire.clock import Clock
 
 NOW_NS = 1_000_000_000
 UDP = bytes([0x45, 0, 0, 40, 0, 0, 0, 0, 64, 17, 0, 0, *range(8), 1, 2, 3, 4, 0, 20, 0xAB, 0xCD]) + b"twelve bytes"
@@ -99,7 +100,7 @@ def test_what_is_held_comes_in_its_order_when_that_is_over_and_what_is_lost_unde
     (here, tower), (there, car) = (socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in range(2))
     quiet, keys = os.pipe()  # nobody presses any
     with here, tower, there, car, os.fdopen(quiet, "rb", buffering=0) as instructions, os.fdopen(keys, "wb"):
-        relay = Relay((here.fileno(), there.fileno()))
+        relay = Relay((here.fileno(), there.fileno()), Clock())
         car.setblocking(False)
 
         def cross(setting: Both, *packets: bytes) -> list[bytes]:
@@ -125,7 +126,7 @@ def test_a_real_datagram_crosses_the_cable_late_when_it_is_slow_and_not_at_all_w
     for name in names:
         subprocess.run(["ip", "netns", "add", name], check=True)
     try:
-        with bad_way((names[0], "10.214.0.1/24"), (names[1], "10.214.0.2/24")) as way:
+        with bad_way((names[0], "10.214.0.1/24"), (names[1], "10.214.0.2/24"), Clock()) as way:
             command = ["ip", "netns", "exec", names[1], sys.executable, "-c", ECHO]
             with subprocess.Popen(command, stdout=subprocess.PIPE) as echo:
                 echo.stdout.readline()

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from vehicle_gateway.identity import Verifier
 from wire.authority import Pair, is_signed_by, issue, new_authority, read_certificate
 from wire.certificates import CertificateError, authority_of, make, revoke
+from wire.clock import Clock
 from wire.identity import Signer, Unproven, fingerprint, proven, signer_of
 from wire.messages.session import LeaseRequest, Supervision, SupervisionRequest
 from wire.settings import LinkSettings
@@ -44,7 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def verifier(folder: Path) -> Verifier:
-    return Verifier(LinkSettings(certificates=str(folder)), UTC_NS)
+    return Verifier(LinkSettings(certificates=str(folder)), Clock(), UTC_NS)
 
 
 def signer(pair: Pair) -> Signer:
@@ -59,8 +60,17 @@ def test_a_cockpit_is_recognised_by_name_and_fingerprint_with_the_end_of_its_cer
     assert found.ends_ns + UTC_NS == pytest.approx(cockpit.certificate.not_valid_after_utc.timestamp() * 1e9, abs=2e9)
 
 
+def test_a_certificate_ends_in_real_time_however_slow_the_drive_is(folder: Path):
+    clock, cockpit = Clock(0, 0.5, NOW - 600 * S), signer_of(folder, Role.TOWER_HUB)  # slow for ten minutes
+    slow = Verifier(LinkSettings(certificates=str(folder)), clock, UTC_NS)
+    found = slow.operator(cockpit.sign(LEASE), clock.at_system_ns(NOW))
+    ends_ns = cockpit.certificate.not_valid_after_utc.timestamp() * 1e9
+    assert found.rule == ""
+    assert clock.system_ns(found.ends_ns) + UTC_NS == pytest.approx(ends_ns, abs=2e9)
+
+
 def test_a_certificate_of_an_operator_s_own_is_recognised_as_his_where_the_car_knows_him_and_then_no_other_is(folder: Path):
-    known = Verifier(LinkSettings(certificates=str(folder), operators=("ann", "bob")), UTC_NS)
+    known = Verifier(LinkSettings(certificates=str(folder), operators=("ann", "bob")), Clock(), UTC_NS)
     ann, eve = (signer(issue(f"tower-hub.{name}", (), authority_of(folder))) for name in ("ann", "eve"))
     assert known.operator(ann.sign(LEASE), NOW).operator == "ann"
     for asker in (eve, signer_of(folder, Role.TOWER_HUB)):
@@ -69,7 +79,7 @@ def test_a_certificate_of_an_operator_s_own_is_recognised_as_his_where_the_car_k
 
 def test_what_is_revoked_while_the_gateway_runs_is_refused_from_the_next_look_on(tmp_path: Path):
     make(tmp_path / "certificates")
-    looking = Verifier(LinkSettings(certificates=str(tmp_path / "certificates")), UTC_NS)
+    looking = Verifier(LinkSettings(certificates=str(tmp_path / "certificates")), Clock(), UTC_NS)
     old = signer_of(tmp_path / "certificates", Role.TOWER_HUB)
     revoke(tmp_path / "certificates", "tower-hub")
     new = signer_of(tmp_path / "certificates", Role.TOWER_HUB)
@@ -95,7 +105,7 @@ def test_only_cockpits_ask_for_a_lease_and_only_supervisors_give_orders(folder: 
 
 
 def test_a_scripted_operator_is_recognised_where_the_car_accepts_one(folder: Path):
-    lenient = Verifier(LinkSettings(certificates=str(folder), accepts_script=True), UTC_NS)
+    lenient = Verifier(LinkSettings(certificates=str(folder), accepts_script=True), Clock(), UTC_NS)
     assert lenient.operator(signer_of(folder, Role.TOWER_SCRIPT).sign(LEASE), NOW).rule == ""
 
 

@@ -36,6 +36,12 @@ def test_in_slow_motion_all_clocks_of_a_drive_go_on_from_where_they_agreed_and_k
     assert car.real_s(1_000_000_000) == 2.0
 
 
+@pytest.mark.parametrize("clock", [Clock(), Clock(HOUR_NS), Clock(HOUR_NS, 0.5, 4_000_000_000)])
+def test_an_instant_of_the_systems_clock_is_found_on_ours_and_back(system, clock: Clock):
+    assert clock.at_system_ns(system[0]) == clock.now_ns()
+    assert clock.system_ns(clock.at_system_ns(7_000_000_000)) == 7_000_000_000
+
+
 def test_a_paced_loop_in_slow_motion_takes_as_much_longer():
     stop, clock, ticks, waited = threading.Event(), Clock(0, 0.25, time.monotonic_ns()), [], []
     real_wait = stop.wait
