@@ -21,6 +21,7 @@ from typing import NamedTuple
 from msgspec.structs import replace
 from rich.console import Console
 
+from benchmarks.drive_speed import choose_speed
 from benchmarks.fault_arms import Fate, Finding
 from benchmarks.fault_bounds import COMMIT_MS, FORMULA, after
 from benchmarks.fault_commands import Gaps
@@ -266,7 +267,7 @@ def main() -> int:
     held = {(shot.kind, shot.number) for shot in shots if shot.held and shot.commit == commit and not arguments.again}
     todo = [(kind, number) for number in range(1, arguments.rounds + 1) for kind in kinds if (kind.name, number) not in held]
     todo.sort(key=lambda each: RIDES.index(ride_of(each[0])))  # each kind of rig once
-    print(FORMULA)
+    print(f"{choose_speed():.0%} of real time (REAL_TIME_FACTOR)\n{FORMULA}", flush=True)
     while todo:
         for shot in series(todo):
             shots = [each for each in shots if (each.kind, each.number) != (shot.kind, shot.number)] + [shot]

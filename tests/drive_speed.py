@@ -1,20 +1,11 @@
-"""How fast the whole drives under test run: on a machine that is known beforehand to be too slow, in slow motion."""
-
-import os
-import subprocess
-import sys
+"""The speed of the whole drives under test, chosen once."""
 
 import pytest
 
-from tower.demo.crew import usable_cores
-from tower.demo.keeps_up import SLOWER
-
-MS_PER_CORE = 10.0  # for a picture: drives in real time held on two cores with 14 to 17 ms, with 25 none did
+from benchmarks.drive_speed import choose_speed
 
 
 @pytest.fixture(scope="session", autouse=True)
-def speed() -> None:
-    """The drives' real time factor: REAL_TIME_FACTOR, else slow motion where this machine draws pictures slowly."""
-    if "REAL_TIME_FACTOR" not in os.environ:
-        drawn = subprocess.run([sys.executable, "-m", "benchmarks.picture_cost"], capture_output=True, text=True, check=True)
-        os.environ["REAL_TIME_FACTOR"] = str(1.0 if float(drawn.stdout) <= MS_PER_CORE * len(usable_cores()) else SLOWER)
+def speed() -> float:
+    """The drives' real time factor."""
+    return choose_speed()
