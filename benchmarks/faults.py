@@ -21,6 +21,7 @@ from typing import NamedTuple
 from msgspec.structs import replace
 from rich.console import Console
 
+from benchmarks.bad_way import PROMPT
 from benchmarks.drive_speed import choose_speed
 from benchmarks.fault_arms import Fate, Finding
 from benchmarks.fault_bounds import COMMIT_MS, FORMULA, after
@@ -36,6 +37,7 @@ from benchmarks.warm_rig import DISK, FAST, STANDSTILL_M_S, WARM, ZONED, Ride, W
 from tower.demo.aftermath import make_whole
 from wire.messages.sensing import Referee
 from wire.messages.vehicle import Mode
+from wire.pace import raise_priority
 
 RESULTS = Path("benchmarks/results/faults.json")
 EVIDENCE = Path("sessions/faults")  # the car's folder of a rig in which something did not hold
@@ -263,6 +265,7 @@ def main() -> int:
         print(f"make faults: {missing()}", file=sys.stderr)
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as Ctrl-C: the rig takes everything down that it started
+    raise_priority(PROMPT)  # an instant that is meant is met
     shots, commit = load(RESULTS), present_commit()
     held = {(shot.kind, shot.number) for shot in shots if shot.held and shot.commit == commit and not arguments.again}
     todo = [(kind, number) for number in range(1, arguments.rounds + 1) for kind in kinds if (kind.name, number) not in held]
