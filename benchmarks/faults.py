@@ -266,16 +266,16 @@ def main() -> int:
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as Ctrl-C: the rig takes everything down that it started
     raise_priority(PROMPT)  # an instant that is meant is met
-    shots, commit = load(RESULTS), present_commit()
-    held = {(shot.kind, shot.number) for shot in shots if shot.held and shot.commit == commit and not arguments.again}
+    commit = present_commit()
+    held = {(shot.kind, shot.number) for shot in load(RESULTS) if shot.held and shot.commit == commit and not arguments.again}
     todo = [(kind, number) for number in range(1, arguments.rounds + 1) for kind in kinds if (kind.name, number) not in held]
     todo.sort(key=lambda each: RIDES.index(ride_of(each[0])))  # each kind of rig once
     print(f"{choose_speed():.0%} of real time (REAL_TIME_FACTOR)\n{FORMULA}", flush=True)
     while todo:
-        for shot in series(todo):
-            shots = [each for each in shots if (each.kind, each.number) != (shot.kind, shot.number)] + [shot]
-        save(RESULTS, shots, KINDS, FORMULA)
-    broke = sorted({shot.kind for shot in shots if not shot.held} & {kind.name for kind in kinds})
+        for shot in series(todo):  # read again: another run may have written meanwhile
+            others = [each for each in load(RESULTS) if (each.kind, each.number) != (shot.kind, shot.number)]
+            save(RESULTS, [*others, shot], KINDS, FORMULA)
+    broke = sorted({shot.kind for shot in load(RESULTS) if not shot.held} & {kind.name for kind in kinds})
     print(f"{len(kinds) - len(broke)} of {len(kinds)} kinds held" + (f"; not: {', '.join(broke)}; see {EVIDENCE}" if broke else ""))
     return 1 if broke else 0
 
