@@ -5,7 +5,6 @@ configuration that says whether the car had to stop, or had no reason to. `Used`
 each command was that a cycle took up. Both are told by a listener at the car's hub; never by what the gateway says of itself.
 """
 
-from bisect import bisect_left
 from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, chain, pairwise
@@ -32,53 +31,39 @@ class Arrival(NamedTuple):
 
 
 class Gaps(NamedTuple):
-    """The longest time [ms] without a command, without a newer picture behind one, and with too old pictures behind all.
-
-    A silence that a command with a newer picture ends is one without a picture, but not one in which a picture stood still: the
-    operator may have seen more. It has its own, longer limit, and the car slows down gently until then.
-    """
+    """The longest time [ms] without a command, without a newer picture behind one, and with too old pictures behind all."""
 
     command_ms: float
     picture_ms: float
-    still_ms: float  # of it, what a command told that brought nothing newer
     slow_ms: float
     oldest_ms: float  # picture behind a command when it came
 
     @property
     def must_stop(self) -> bool:
         """One of them was clearly beyond its limit."""
-        return self._beyond(self.still_ms, TOLERANCE_MS) or self.slow_ms > SLOW_MS + TOLERANCE_MS
+        return self._silent_beyond(TOLERANCE_MS) or self.slow_ms > SLOW_MS + TOLERANCE_MS
 
     @property
     def may_stop(self) -> bool:
         """One of them was beyond its limit, or nearly."""
-        return self._beyond(self.picture_ms, -TOLERANCE_MS) or self.oldest_ms > FAILSAFE.loop_age_max_ms - TOLERANCE_MS
+        return self._silent_beyond(-TOLERANCE_MS) or self.oldest_ms > FAILSAFE.loop_age_max_ms - TOLERANCE_MS
 
-    def _beyond(self, picture_ms: float, by_ms: float) -> bool:
-        return self.command_ms > FAILSAFE.command_lost_ms + by_ms or picture_ms > FAILSAFE.picture_lost_ms + by_ms
+    def _silent_beyond(self, by_ms: float) -> bool:
+        return self.command_ms > FAILSAFE.command_lost_ms + by_ms or self.picture_ms > FAILSAFE.picture_lost_ms + by_ms
 
 
 def gaps(arrivals: Sequence[Arrival], from_ns: int, to_ns: int) -> Gaps:
     """Between the two instants; one that is still open at the end counts, as does one that was open at the beginning."""
     heard = [each for each in arrivals if each.received_ns <= to_ns]
-    is_new = [each.capture_ns > newest_ns for each, newest_ns in zip(heard, _newest_before(heard), strict=True)]
-    new = [each.received_ns for each, newer in zip(heard, is_new, strict=True) if newer]
-    old = [each.received_ns for each, newer in zip(heard, is_new, strict=True) if not newer]
+    new = [each.received_ns for each, newest_ns in zip(heard, _newest_before(heard), strict=True) if each.capture_ns > newest_ns]
     fresh = [each.received_ns for each in heard if each.age_ms <= FAILSAFE.loop_age_max_ms]
     command_ms, picture_ms, slow_ms = (_longest_ms(each, from_ns, to_ns) for each in ([a.received_ns for a in heard], new, fresh))
-    oldest_ms = max((each.age_ms for each in heard if each.received_ns > from_ns), default=0.0)
-    return Gaps(command_ms, picture_ms, _still_ms(old, new, from_ns), slow_ms, oldest_ms)
+    return Gaps(command_ms, picture_ms, slow_ms, max((each.age_ms for each in heard if each.received_ns > from_ns), default=0.0))
 
 
 def _newest_before(heard: Sequence[Arrival]) -> Iterator[int]:
     """For each, the newest picture that one before it told of."""
     return chain((0,), accumulate((each.capture_ns for each in heard[:-1]), max)) if heard else iter(())
-
-
-def _still_ms(old_ns: Sequence[int], new_ns: Sequence[int], from_ns: int) -> float:
-    """The longest from a newer picture to a command that brought none."""
-    before = [from_ns, *new_ns] if not new_ns or new_ns[0] > from_ns else new_ns
-    return max(((each - before[bisect_left(before, each) - 1]) / 1e6 for each in old_ns if each > from_ns), default=0.0)
 
 
 def _longest_ms(instants_ns: Sequence[int], from_ns: int, to_ns: int) -> float:

@@ -147,9 +147,8 @@ STILL = ("video", "camera front: the picture stands still while the car moves")
 KINDS: tuple[Kind | Exchange, ...] = (
     *(_gone(name, signal.SIGKILL, "killed") for name in NAMES),
     *(_gone(name, signal.SIGSTOP, "stopped") for name in NAMES),
-    # Silent for less than 500 ms it slows the car gently; whether it then says first that the picture was old, or brings a new one,
-    # is a race. Who stands between picture and cockpit for 300 ms stops it: without a new picture for 200 ms it has to.
-    Kind("cockpit-stalls", "cockpit stands still for 300 ms", Fate.SAFE, _PICTURE, stalled("cockpit", 0.3)),
+    # without a new picture for 200 ms the car has to stop: who stands between picture and command for 300 ms, stops it
+    Kind("cockpit-stalls", "cockpit stands still for 300 ms", Fate.STANDS, _PICTURE, stalled("cockpit", 0.3)),
     Kind("window-stalls", "window stands still for 300 ms", Fate.STANDS, _PICTURE, stalled("window", 0.3)),
     Kind("video-stalls", "cameras stand still for 300 ms", Fate.STANDS, _PICTURE, stalled("video", 0.3)),
     Kind("gateway-stalls", "gateway stands still for 300 ms", Fate.STANDS, _GATEWAY, stalled("gateway", 0.3)),

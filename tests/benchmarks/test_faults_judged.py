@@ -13,8 +13,8 @@ from benchmarks.faults import RIDES, Seen, ride_of, stood_still, ways, went_on, 
 from benchmarks.warm_rig import FAST, ZONED
 from tests.benchmarks.test_fault_positions import MS, entry
 
-FINE = Gaps(command_ms=8.0, picture_ms=40.0, still_ms=32.0, slow_ms=8.0, oldest_ms=120.0)
-BEYOND = FINE._replace(picture_ms=900.0, still_ms=900.0)
+FINE = Gaps(command_ms=8.0, picture_ms=40.0, slow_ms=8.0, oldest_ms=120.0)
+BEYOND = FINE._replace(picture_ms=900.0)
 SHOT = Shot(kind="x")
 
 
