@@ -42,16 +42,16 @@ class MemoryLink:
 
 
 class CountingCamera:
-    """30 Hz; the grey level of picture n is 40 + n % 170, so that a picture can be told by what is in it."""
+    """30 Hz, if nothing else is said; the grey level of picture n is 40 + n % 170, so that a picture can be told by what is in it."""
 
     kind, is_camera, skipped, losses = "simulated", True, 0, 0
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock, self._halt = clock, threading.Event()
+    def __init__(self, clock: Clock, rate_hz: float = 30.0) -> None:
+        self._clock, self._period_s, self._halt = clock, 1 / rate_hz, threading.Event()
         self.levels: dict[int, int] = {}  # capture_ns -> grey level
 
     def take(self, timeout_s: float) -> Picture | None:
-        if self._halt.wait(1 / 30):
+        if self._halt.wait(self._period_s):
             return None
         capture_ns, level = self._clock.now_ns(), 40 + len(self.levels) % 170
         self.levels[capture_ns] = level
@@ -84,8 +84,8 @@ def camera(name: str) -> CameraCalibration:
 
 
 @contextmanager
-def car(link: MemoryLink, *names: str) -> Iterator[dict[str, CountingCamera]]:
-    sources = {name: CountingCamera(Clock()) for name in names}
+def car(link: MemoryLink, *names: str, rate_hz: float = 30.0) -> Iterator[dict[str, CountingCamera]]:
+    sources = {name: CountingCamera(Clock(), rate_hz) for name in names}
     with video_sender(link, tuple(camera(name) for name in names), sources, VideoSettings(), Clock()):
         yield sources
 

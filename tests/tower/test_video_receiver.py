@@ -73,6 +73,40 @@ def test_of_two_cameras_a_packet_that_is_lost_twice_is_sent_until_it_comes_and_n
         assert watch(video, "left", 1) and not video.withheld
 
 
+class WithoutTheFirstEnd(VideoReceiver):
+    """The first of the ends of sequence that follow a picture does not come."""
+
+    async def _open(self, cameras: tuple[str, ...]) -> Any:
+        connection, readers = await super()._open(cameras)
+        for transceiver in connection.getTransceivers() if connection is not None else ():
+            lose_first_ends(transceiver.receiver)
+        return connection, readers
+
+
+def lose_first_ends(receiver: Any) -> None:
+    hear, before = receiver._handle_rtp_packet, [b""]
+
+    async def lossy(packet: Any, arrival_time_ms: int) -> None:
+        if packet.ssrc in receiver._RTCRtpReceiver__rtx_ssrc:
+            await hear(packet, arrival_time_ms)
+            return
+        is_end, was_end = packet.payload[:1] == b"\x0a", before[0] == b"\x0a"
+        before[0] = packet.payload[:1]
+        if not is_end or was_end:
+            await hear(packet, arrival_time_ms)
+
+    receiver._handle_rtp_packet = lossy
+
+
+def test_a_lost_end_of_sequence_is_sent_again_long_before_the_next_picture() -> None:
+    link, clock = MemoryLink(), Clock()
+    with car(link, "front", rate_hz=2.0), WithoutTheFirstEnd(link, clock, ("front",)) as video:
+        frames = watch(video, "front", 5)
+        late_ms = [(frame.decoded_ns - frame.capture_ns) / 1e6 for frame in frames]
+    assert max(late_ms[1:]) < 400.0, "the picture waited for the one after it"
+    assert [frame.sequence - frames[0].sequence for frame in frames] == list(range(5))
+
+
 def test_without_a_watcher_the_recorder_still_gets_its_pictures() -> None:
     link, enough = MemoryLink(), threading.Event()
     with car(link, "front"):

@@ -1,9 +1,10 @@
 """The seam to aiortc: our coded pictures as a track, and the receiver's request for an IDR. `wire.rtc` has what both ends share.
 
 - The track returns ready packets, so aiortc neither encodes nor clamps the rate (public interface).
-- After every picture follows a lone end-of-sequence NAL unit with the next time stamp. The stock receiver releases a
+- After every picture follow two lone end-of-sequence NAL units with the next time stamps. The stock receiver releases a
   picture only when the first packet of the NEXT time stamp arrives, one picture interval late; now that packet comes at
-  once. Only towards our own tower: browsers were not tried.
+  once. Two, because the last packet of all is missed only when the next picture comes, and may be lost like any other.
+  Only towards our own tower: browsers were not tried.
 - aiortc tells a packet track nothing of what the receiver reports: `RTCRtpSender._send_keyframe` (PLI and FIR) is replaced
   and `_handle_rtcp_packet` (estimate and loss) listened to, on the instance.
 
@@ -41,7 +42,7 @@ class PacketTrack(MediaStreamTrack):  # aiortc accepts nothing but its own class
         self._on_loop = loop  # not `_loop`, which pyee uses
         self._request_idr = request_idr
         self._arrived = asyncio.Event()
-        self._following: Packet | None = None  # the end of sequence that belongs to the picture just sent
+        self._ends: list[Packet] = []  # of sequence, that belong to the picture just sent
         self._watched = False
         self._pts = 0
 
@@ -60,17 +61,16 @@ class PacketTrack(MediaStreamTrack):  # aiortc accepts nothing but its own class
         if not self._watched:
             self._watched = True
             self._request_idr()
-        if self._following is not None:
-            packet, self._following = self._following, None
-            return packet
+        if self._ends:
+            return self._ends.pop(0)
         while not self.backlog.waiting:
             if self.readyState != "live":
                 raise MediaStreamError
             self._arrived.clear()
             await self._arrived.wait()
-        self._following = self._packet(END_OF_SEQUENCE, self._pts + 1)
         packet = self._packet(self.backlog.waiting.popleft().annex_b, self._pts)
-        self._pts += 2  # time stamps grow, even when two pictures come in the same tick
+        self._ends = [self._packet(END_OF_SEQUENCE, self._pts + number) for number in (1, 2)]
+        self._pts += 3  # time stamps grow, even when two pictures come in the same tick
         return packet
 
     def _packet(self, data: bytes, pts: int) -> Packet:
