@@ -42,7 +42,7 @@ class MemoryLink:
 
 
 class CountingCamera:
-    """30 Hz, if nothing else is said; the grey level of picture n is 40 + n % 170, so that a picture can be told by what is in it."""
+    """30 Hz unless told; the grey level of picture n is 40 + n % 170, so that a picture can be told by what is in it."""
 
     kind, is_camera, skipped, losses = "simulated", True, 0, 0
 

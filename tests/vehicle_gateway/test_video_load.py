@@ -7,8 +7,10 @@ from vehicle_gateway.video.load import (
     ALONE,
     DOWN_AFTER_S,
     LADDER,
+    START_S,
     UP_AFTER_MAX_S,
     UP_AFTER_S,
+    UP_AFTER_START_S,
     ControlLoops,
     Load,
     after_a_second,
@@ -84,11 +86,24 @@ def seconds_between_tries(load: Load, tries: int, enough_at: int) -> list[int]:
 
 
 def test_a_step_back_that_was_too_much_is_tried_again_after_twice_as_long() -> None:
-    assert seconds_between_tries(Load(level=3), 6, enough_at=3)[1:] == [
+    assert seconds_between_tries(Load(level=3, runs_s=START_S), 7, enough_at=3)[1:] == [
+        8 + DOWN_AFTER_S,
         16 + DOWN_AFTER_S,
         32 + DOWN_AFTER_S,
         *[64 + DOWN_AFTER_S] * 3,
     ]
+
+
+def test_what_was_given_to_programs_that_start_is_taken_back_soon_until_a_step_is_too_much() -> None:
+    load = Load()
+    for second in range(START_S - 1):  # too much, with a good moment in between
+        load = after_a_second(load, pressed=second % 6 < 4)
+    assert load.level > 1
+    lowest, calm = load.level, 0
+    while load.level > 0:
+        load, calm = after_a_second(load, pressed=False), calm + 1
+    assert calm <= UP_AFTER_START_S * lowest
+    assert seconds_between_tries(load, 2, enough_at=1)[1] >= UP_AFTER_S
 
 
 def test_a_step_back_that_held_is_followed_by_the_next_as_soon_as_ever() -> None:

@@ -6,7 +6,8 @@ shows pictures has one (SCHED_FIFO), and would not notice that a recorder, say, 
 other cameras take fewer pictures, a step for each bad second, down to a third; then the required ones, down to two thirds; then
 the others once more; and when that is not enough, the required ones have half the width and height, which costs a driver less
 than half the rate would, and at the last half the rate, too. After eight good seconds one step is taken back; a step that then
-proves too much is tried again after twice as long. Control loops give nothing.
+proves too much is tried again after twice as long. Programs that start cost much and not for long: what was given to them is taken
+back after two good seconds a step, until one step proves too much. Control loops give nothing.
 """
 
 from collections.abc import Mapping
@@ -38,6 +39,8 @@ LADDER: Ladder = (
 ALONE = tuple(rung for rung, before in zip(LADDER, (None, *LADDER), strict=False) if before is None or rung[1:] != before[1:])
 CONTROL = frozenset({PROGRAMS[Role.VEHICLE_HUB], PROGRAMS[Role.AUTONOMY]})  # processes whose loops must not wait for a picture
 DOWN_AFTER_S, UP_AFTER_S = 2, 8  # down: the first step, then one a second; up: a step that is too much costs late pictures
+UP_AFTER_START_S = 2  # as long as no step back was too much
+START_S = 20  # from our own start: too much in this time says nothing of the steps
 UP_AFTER_MAX_S = 64  # of a step that was too much three times
 LATE_NS = 70_000_000  # ours: a picture ready so long after its capture is late; a third of what the car allows between two
 STARVED_NS = 100_000_000  # ours: a process without a priority (vehicle_gateway.video.bystander) waited for so long
@@ -50,8 +53,9 @@ class Load:
     level: int = 0  # of LADDER
     pressed_s: int = 0
     calm_s: int = 0
-    patience_s: int = UP_AFTER_S  # calm that the next step back takes
+    patience_s: int = UP_AFTER_START_S  # calm that the next step back takes
     since_back_s: int = UP_AFTER_S  # the last step back was so long ago, or longer: then it holds
+    runs_s: int = 0  # since our own start, START_S at most
 
 
 class Allowance(NamedTuple):
@@ -63,7 +67,7 @@ class Allowance(NamedTuple):
 
 def after_a_second(load: Load, pressed: bool, ladder: Ladder = LADDER) -> Load:
     """pressed: the second that has passed was too much."""
-    later = replace(load, since_back_s=min(load.since_back_s + 1, UP_AFTER_S))
+    later = replace(load, since_back_s=min(load.since_back_s + 1, UP_AFTER_S), runs_s=min(load.runs_s + 1, START_S))
     return _pressed(later, len(ladder) - 1) if pressed else _calm(later, load.since_back_s < UP_AFTER_S == later.since_back_s)
 
 
@@ -72,14 +76,16 @@ def _pressed(load: Load, lowest: int) -> Load:
     if load.pressed_s < DOWN_AFTER_S:
         return load
     load = replace(load, level=min(load.level + 1, lowest))
-    if load.since_back_s == UP_AFTER_S:
+    if load.since_back_s == UP_AFTER_S or load.runs_s < START_S:
         return load
-    return replace(load, patience_s=min(2 * load.patience_s, UP_AFTER_MAX_S), since_back_s=UP_AFTER_S)
+    return replace(load, patience_s=min(max(2 * load.patience_s, UP_AFTER_S), UP_AFTER_MAX_S), since_back_s=UP_AFTER_S)
 
 
 def _calm(load: Load, held: bool) -> Load:
     """held: a step back has just proved not to be too much."""
-    load = replace(load, pressed_s=0, calm_s=load.calm_s + 1, patience_s=UP_AFTER_S if held else load.patience_s)
+    load = replace(
+        load, pressed_s=0, calm_s=load.calm_s + 1, patience_s=min(load.patience_s, UP_AFTER_S) if held else load.patience_s
+    )
     if load.level == 0 or load.calm_s < load.patience_s:
         return load
     return replace(load, level=load.level - 1, calm_s=0, since_back_s=0)
