@@ -147,8 +147,9 @@ STILL = ("video", "camera front: the picture stands still while the car moves")
 KINDS: tuple[Kind | Exchange, ...] = (
     *(_gone(name, signal.SIGKILL, "killed") for name in NAMES),
     *(_gone(name, signal.SIGSTOP, "stopped") for name in NAMES),
-    # without a new picture for 200 ms the car has to stop: who stands between picture and command for 300 ms, stops it
-    Kind("cockpit-stalls", "cockpit stands still for 300 ms", Fate.STANDS, _PICTURE, stalled("cockpit", 0.3)),
+    # a silence is graded: the car brakes gently from 120 ms on and goes on when it ends before 500 ms
+    Kind("cockpit-stalls", "cockpit stands still for 300 ms", Fate.GOES_ON, None, stalled("cockpit", 0.3)),
+    # without a new picture for 200 ms the car has to stop: who stands between camera and screen for 300 ms, stops it
     Kind("window-stalls", "window stands still for 300 ms", Fate.STANDS, _PICTURE, stalled("window", 0.3)),
     Kind("video-stalls", "cameras stand still for 300 ms", Fate.STANDS, _PICTURE, stalled("video", 0.3)),
     Kind("gateway-stalls", "gateway stands still for 300 ms", Fate.STANDS, _GATEWAY, stalled("gateway", 0.3)),

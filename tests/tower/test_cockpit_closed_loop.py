@@ -17,6 +17,7 @@ from haptics.settings import HapticsSettings
 from tests.messages import gateway_status
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
+from tower.cockpit.picture import GAP_NS, WORD_NS
 from tower.cockpit.settings import CockpitSettings
 from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.free_way import keep_surroundings
@@ -268,6 +269,8 @@ class Drive:
     closest_m: float = 99.0
     person_gap_m: float = 99.0
     kerb_gap_m: float = 99.0
+    stalled: bool = False  # the cockpit does nothing, and hears nothing
+    window_died: bool = False
     guarded: int = 0  # scenes in which the collision guard would have taken something away
     ticks: int = 0
     trace: list[tuple[float, float, float, str]] = field(default_factory=list)  # station, offset, speed, mode
@@ -306,9 +309,10 @@ class Drive:
             self.wire.tell("road_map", self.road_map)
             self.wire.tell("vehicle_description", CAR)
         self.wire.carry()
-        if self.ticks % 4 == 0:
-            self.wire.level("window_status").put(self._window(now), now + HOUR_NS)
-        self.cockpit.cycle(now + HOUR_NS)
+        if not self.stalled:
+            self.cockpit.cycle(now + HOUR_NS)
+            if self.ticks % 4 == 0 and not self.window_died:
+                self.wire.level("window_status").put(self._window(now), now + HOUR_NS)
         self._measure()
 
     def until(self, done: Any, limit_s: float) -> "Drive":
@@ -510,6 +514,46 @@ def test_a_picture_that_stands_still_makes_it_lift_off_brake_and_hold_the_wheel_
     assert drive.car.mode is Mode.REMOTE and drive.car.commands[-1].dead_man
     angles = [command.road_wheel_angle_rad for command in drive.car.commands if command.sent_ns > lifted.sent_ns + 200_000_000]
     assert max(angles) - min(angles) < 0.01
+
+
+def stalled_for(drive: Drive, ms: int) -> tuple[int, DriveCommand]:
+    """When the cockpit goes on after it did nothing for so long, and the last command before."""
+    drive.until(lambda drive: drive.car.mode is Mode.REMOTE and drive.car.speed > 2.0, 60.0)
+    drive.stalled = True
+    for _ in range(ms * 1_000_000 // TICK_NS):
+        drive.step()
+    drive.stalled = False
+    before = drive.car.commands[-1]
+    drive.car.commands.clear()
+    return drive.now_ns, before
+
+
+def test_after_a_gap_of_its_own_its_first_command_tells_of_what_is_on_screen_now() -> None:
+    drive = Drive()
+    resumed_ns, before = stalled_for(drive, 300)
+    assert drive.until(lambda drive: drive.car.commands, 0.2).car.mode is Mode.REMOTE
+    first = drive.car.commands[0]
+    assert first.displayed_capture_ns["front"] >= resumed_ns - drive.video_ns > before.displayed_capture_ns["front"]
+    assert first.sent_ns - HOUR_NS - resumed_ns <= 5 * TICK_NS  # a look of the window later
+    took_over = drive.until(took_and_gave_back, 60.0)
+    assert took_over.closest_m >= 0.3
+
+
+def test_after_a_gap_it_does_not_wait_for_a_window_that_says_nothing() -> None:
+    drive = Drive()
+    drive.window_died = bool(drive.until(lambda drive: drive.car.mode is Mode.REMOTE and drive.car.speed > 2.0, 60.0))
+    resumed_ns, before = stalled_for(drive, 300)
+    drive.until(lambda drive: drive.car.commands, 0.3)
+    first = drive.car.commands[0]
+    assert first.displayed_capture_ns == before.displayed_capture_ns
+    assert WORD_NS < first.sent_ns - HOUR_NS - resumed_ns <= WORD_NS + 2 * TICK_NS
+
+
+def test_a_gap_that_the_car_does_not_brake_for_delays_no_command() -> None:
+    drive = Drive()
+    resumed_ns, _ = stalled_for(drive, GAP_NS // 1_000_000 - 16)
+    drive.until(lambda drive: drive.car.commands, 0.2)
+    assert drive.car.commands[0].sent_ns - HOUR_NS - resumed_ns <= 2 * TICK_NS
 
 
 def test_without_a_request_it_never_reaches_for_the_wheel() -> None:

@@ -28,6 +28,7 @@ from tower.cockpit.lease_client import Lease
 from tower.cockpit.one_car import held_elsewhere
 from tower.cockpit.override import is_held, override_until_ns
 from tower.cockpit.pedals import Arming, arm
+from tower.cockpit.picture import knows_screen, resumed_ns
 from tower.cockpit.reading import CockpitLink, Inbox
 from tower.cockpit.settings import CockpitSettings
 from tower.cockpit.status import Told, operator_status, worth_telling
@@ -143,6 +144,7 @@ class Cockpit:
         self._status: GatewayStatus | None = None
         self._mode: Mode | None = None
         self._tick_ns: int | None = None
+        self._resumed_ns = 0  # no gap between two ticks since
         self._sequence = 0
         self._pings = 0
         self._pinged_ns = self._told_ns = self._sent_ns = -HEALTH_NS
@@ -153,7 +155,7 @@ class Cockpit:
 
     def cycle(self, now_ns: int) -> None:
         dt_s = TICK_S if self._tick_ns is None else min(max((now_ns - self._tick_ns) / 1e9, 1e-4), DT_MAX_S)
-        self._tick_ns = now_ns
+        self._resumed_ns, self._tick_ns = resumed_ns(self._resumed_ns, self._tick_ns, now_ns), now_ns
         view = self._read(now_ns)
         self._feel(view, dt_s, now_ns)
         error_rad = self._decide(view, dt_s, now_ns)
@@ -282,8 +284,11 @@ class Cockpit:
         return structs.replace(want, override=now_ns < self._override_ns)
 
     def _send(self, want: Wanted, view: View, now_ns: int) -> None:
-        """At least at 100 Hz and whenever it is urgent; never after STOP, without a lease, or to an unknown car."""
+        """At least at 100 Hz and whenever it is urgent; never after STOP, without a lease, or to an unknown car, and after a gap
+        of our own not before the window has said what it shows."""
         if self._stop.stream_ended or not self._lease.held or view.description is None:
+            return
+        if not knows_screen(view.window_status.message if view.window_status else None, self._resumed_ns, now_ns):
             return
         ratio, sent = view.description.message.steering_ratio, self._sent
         due = now_ns - self._sent_ns > COMMAND_NS - TICK_S * 1e9  # the next tick would be too late

@@ -8,6 +8,8 @@ from wire.messages.vehicle import VehicleDescription
 STEADY_NS = 150_000_000  # no new moment for longer than this in the last second is a stutter; the car allows 200 ms
 STILL_NS = 300_000_000  # a picture that shows the same moment for this long is noticed
 KEEP_NS = 1_000_000_000
+GAP_NS = 100_000_000  # ours: a cockpit that did nothing for longer does not know the screen; the car brakes gently after 120 ms
+WORD_NS = 100_000_000  # so long it waits for the window's word; a window that says nothing then is the car's to judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +45,20 @@ def watched(picture: Picture, status: WindowStatus | None, description: VehicleD
         first = max((i for i, (came, _) in enumerate(shown) if now_ns - came > KEEP_NS), default=0)
         shown = (*shown[first:], (now_ns, capture))
     return Picture(shown=shown, frozen=status.frozen)
+
+
+def resumed_ns(before_ns: int, tick_ns: int | None, now_ns: int) -> int:
+    """Since when the cockpit has gone on without a gap. tick_ns: its last tick, None at the first one."""
+    return now_ns if tick_ns is None or now_ns - tick_ns > GAP_NS else before_ns
+
+
+def knows_screen(status: WindowStatus | None, since_ns: int, now_ns: int) -> bool:
+    """Whether what is known of the screen was said since the cockpit goes on (resumed_ns), or was waited for long enough.
+
+    What stood there before a gap stands there no more: told to the car, it would be a picture that froze, and a silence that is
+    to be recovered from became a stop.
+    """
+    return (status is not None and status.stamp_ns >= since_ns) or now_ns - since_ns > WORD_NS
 
 
 def _worst_required(status: WindowStatus | None, description: VehicleDescription | None) -> int | None:
