@@ -103,22 +103,40 @@ def play(
         )
         player = Player(car, tower)
         tower.on(_WATCHER_SAYS, lambda status, _: player.played.shown.add(status, plan.vehicle_minus_tower_ns))
-        programs = [stack.enter_context(Program(folder, "vehicle-gateway", "video", "--played", "--config", str(written)))]
-        video_s = _seconds_until_heard(car, Waiting(clock, stop, programs))
-        lead_ns = lead_for(video_s if with_window else LEAD_MAX_S)  # somebody has to type the command
-        begin_ns = clock.now_ns() + lead_ns
-        written = write_configuration(tables, plan.tower_ns(plan.start_ns) - begin_ns, folder / "window.toml")
-        if with_window:
-            programs.append(stack.enter_context(Program(folder, "tower", "window", "--config", str(written))))
-        else:
-            tell(f"watch within {lead_ns / 1e9:.0f} s with: tower window --config {written}")
-        _run(player, recording, plan, begin_ns, Waiting(clock, stop, programs))
+        video = stack.enter_context(Program(folder, "vehicle-gateway", "video", "--played", "--config", str(written)))
+        video_s = _seconds_until_heard(car, Waiting(clock, stop, [video]))
+        leads_ns = leads_for(video_s if with_window else LEAD_MAX_S)  # somebody has to type the command
+        for lead_ns in leads_ns:
+            begin_ns, window = clock.now_ns() + lead_ns, folder / "window.toml"
+            write_configuration(tables, plan.tower_ns(plan.start_ns) - begin_ns, window)
+            with ExitStack() as opened:
+                programs = [video]
+                if with_window:
+                    programs.append(opened.enter_context(Program(folder, "tower", "window", "--config", str(window))))
+                else:
+                    tell(f"watch within {lead_ns / 1e9:.0f} s with: tower window --config {window}")
+                waiting = Waiting(clock, stop, programs)
+                if not _hold(player, plan, begin_ns, waiting):
+                    break
+                if player.played.shown.ages_ms or not plan.first_pictures or lead_ns == leads_ns[-1]:
+                    _run(player, recording, plan, begin_ns, waiting)
+                    break
+            tell(f"the window shows nothing after {lead_ns / 1e9:.0f} s: opened once more, with more time")
         return player.played
 
 
+def leads_for(video_s: float) -> list[int]:
+    """Nanoseconds until the first message, of each try: the window's clock is set to that moment before it starts, so one that
+    shows nothing by then has to be opened anew."""
+    leads_ns = [lead_for(video_s)]
+    while leads_ns[-1] < LEAD_MAX_S * 1e9:
+        leads_ns.append(min(2 * leads_ns[-1], round(LEAD_MAX_S * 1e9)))
+    return leads_ns
+
+
 def lead_for(video_s: float) -> int:
-    """Nanoseconds until the first message, from the time that the video program took to start: the window loads the same
-    libraries, opens a screen and agrees on a video session. The window's clock is set to that moment before it starts."""
+    """Of the first try, from the time that the video program took to start: the window loads the same libraries, opens a screen
+    and agrees on a video session."""
     return round(min(max(LEAD_MIN_S, 2.5 * video_s), LEAD_MAX_S) * 1e9)
 
 
@@ -145,13 +163,19 @@ class Waiting:
         return True
 
 
-def _run(player: Player, recording: Recording, plan: Timeline, begin_ns: int, waiting: Waiting) -> None:
-    """The car and its first pictures again and again until `begin_ns`, then every message at its time."""
-    clock, played = waiting.clock, player.played
+def _hold(player: Player, plan: Timeline, begin_ns: int, waiting: Waiting) -> bool:
+    """The car and its first pictures again and again until `begin_ns`. False when nobody wants to see more."""
+    clock = waiting.clock
     while clock.now_ns() < begin_ns:
         player.hold(plan)
         if not waiting.until(min(clock.now_ns() + round(_REPEAT_S * 1e9), begin_ns)):
-            return
+            return False
+    return True
+
+
+def _run(player: Player, recording: Recording, plan: Timeline, begin_ns: int, waiting: Waiting) -> None:
+    """Every message at its time."""
+    clock, played = waiting.clock, player.played
     for topic, log_ns, payload in recording.payloads(plan.start_ns):
         due_ns = begin_ns + log_ns - plan.start_ns
         if not waiting.until(due_ns):

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import threading
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from recordings import playback
 from recordings.errors import RecordingError
-from recordings.playback import Played, Player, lead_for, told_of
+from recordings.playback import Played, Player, lead_for, leads_for, told_of
 from recordings.program import app
 from recordings.read import open_recording
 from recordings.stage import stage_folder, stage_tables, write_configuration
@@ -202,6 +204,11 @@ def test_a_slow_machine_gets_a_longer_lead():
     assert lead_for(60.0) == 20_000_000_000
 
 
+def test_a_window_that_shows_nothing_in_time_is_opened_again_with_twice_as_long():
+    assert [lead_ns / 1e9 for lead_ns in leads_for(0.5)] == [3.0, 6.0, 12.0, 20.0]
+    assert leads_for(60.0) == [20_000_000_000]
+
+
 def test_pictures_that_no_window_showed_are_told_with_what_to_do():
     played = Played(whole=True)
     played.messages["video"] = 60
@@ -210,6 +217,18 @@ def test_pictures_that_no_window_showed_are_told_with_what_to_do():
     ]
     played.shown.ages_ms.append(150.0)
     assert told_of(played)[1:] == ["the window showed 1 pictures of 60, 150 ms old at the median"]
+
+
+def test_a_window_that_was_not_open_in_time_is_opened_again_and_shows_the_drive(filmed, tmp_path, monkeypatch):
+    watcher = tmp_path / "watcher.toml"
+    watcher.write_text("[tower.window]\nwidth_px = 320\nheight_px = 180\nsound = false\n")
+    monkeypatch.setattr(playback, "leads_for", lambda video_s: [1, lead_for(video_s)])  # 1 ns: no window opens in it
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    told: list[str] = []
+    with open_recording(filmed) as recording:
+        played = playback.play(recording, watcher, 0.0, True, threading.Event(), told.append)
+    assert told == ["the window shows nothing after 0 s: opened once more, with more time"]
+    assert played.whole and len(played.shown.ages_ms) >= 10
 
 
 def test_a_real_window_shows_a_played_drive_with_the_ages_it_had(filmed, tmp_path):
@@ -225,6 +244,7 @@ def test_a_real_window_shows_a_played_drive_with_the_ages_it_had(filmed, tmp_pat
     )
     assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
     assert "to its end" in done.stdout
+    assert "no window showed" not in done.stdout
     shown, median_ms = map(int, re.search(r"showed (\d+) pictures of \d+, (\d+) ms old at the median", done.stdout).groups())  # type: ignore[union-attr]
     assert shown >= 10
     assert OLD_MS <= median_ms < OLD_MS + 500
