@@ -80,7 +80,7 @@ class Arrivals:
         self._kept: deque[Arrival] = deque(maxlen=KEPT)
 
     def take(self, topic: str, message: Any, received_ns: int) -> None:
-        if topic == "drive_command" and message["sequence"] < FAR and message["dead_man"]:
+        if topic == "drive_command" and message.get("dead_man") and message["sequence"] < FAR:  # or somebody's junk
             self._kept.append(Arrival(received_ns, message["displayed_capture_ns"].get(CAMERA, 0)))
 
     def gaps(self, from_ns: int, to_ns: int) -> Gaps:

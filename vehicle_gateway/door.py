@@ -5,7 +5,7 @@ from typing import NamedTuple
 import msgspec
 
 from vehicle_gateway.lease import CommandGuard, refuse_command
-from vehicle_gateway.measure import shown_since
+from vehicle_gateway.measure import told_since
 from wire.messages.operating import DriveCommand
 from wire.messages.session import HandOverRequest
 from wire.signature import is_genuine
@@ -16,7 +16,7 @@ class Commanded(NamedTuple):
 
     command: DriveCommand
     received_ns: int
-    shown_ns: dict[str, int]  # see `shown_since`
+    told_ns: dict[str, int]  # see `told_since`
 
 
 class Door:
@@ -49,8 +49,8 @@ class Door:
             return reason
         self.guard = msgspec.structs.replace(self.guard, last_sequence=command.sequence)
         waiting = self._command
-        shown = shown_since(waiting.command, waiting.received_ns, waiting.shown_ns, command) if waiting else {}
-        self._command = Commanded(command, received_ns, shown)
+        told = told_since(waiting.command, waiting.received_ns, waiting.told_ns, command) if waiting else {}
+        self._command = Commanded(command, received_ns, told)
         return ""
 
     def take(self) -> Commanded | None:

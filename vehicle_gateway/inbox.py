@@ -174,7 +174,7 @@ class Inbox:
             feedback=self._new(0, self._feedback.feedback),
             command=command.command if command else None,
             command_ns=command.received_ns if command else 0,
-            shown_ns=command.shown_ns if command else {},
+            told_ns=command.told_ns if command else {},
             autonomy=self._newest(1, self._autonomy),
             autonomy_status=self._newest(2, self._status),
             scene=self._newest(3, self._scene),
@@ -188,7 +188,7 @@ class Inbox:
             supervisors=tuple(identity for _, identity, _ in supervisions),
             next_command=next_command.command if next_command else None,
             next_command_ns=next_command.received_ns if next_command else 0,
-            next_shown_ns=next_command.shown_ns if next_command else {},
+            next_told_ns=next_command.told_ns if next_command else {},
             next_revoked=self._verifier.is_revoked(next_certificate),
         )
         return inputs, Replies(

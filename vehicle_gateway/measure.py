@@ -21,6 +21,7 @@ from vehicle_gateway.free_way import (
     keep_surroundings,
 )
 from vehicle_gateway.guard import GuardLimits, Things, things_of
+from vehicle_gateway.lease import ECHO_AGE_MAX_NS
 from vehicle_gateway.link_quality import SpeedCap, target_m_s
 from vehicle_gateway.loop_age import loop_age_ms
 from vehicle_gateway.place import Fix, fix_of, shift_of
@@ -51,7 +52,7 @@ def take_in(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescripti
     if inputs.stop_number:  # whatever its number: a restarted tower counts from elsewhere
         fields |= {"stop_number": inputs.stop_number, "stop_pressed": True}
     if inputs.command is not None:
-        fields |= of_command(state, inputs.command, inputs.command_ns, inputs.shown_ns)
+        fields |= of_command(state, inputs.command, inputs.command_ns, inputs.told_ns)
     if inputs.scene is not None and state.feedback is not None:
         fields |= _of_scene(state, inputs.scene, state.feedback, now_ns, vehicle, limits.guard)
     return replace(state, **fields) if fields else state
@@ -74,19 +75,19 @@ def _of_scene(
     return fields | {"corridor": replace(corridor, free=cut_by_standing(corridor, around, state.odometry, vehicle))}
 
 
-def shown_since(overtaken: DriveCommand, overtaken_ns: int, before: Mapping[str, int], command: DriveCommand) -> dict[str, int]:
-    """By camera, since when a picture of `command` is known to be shown: no later than the command that it overtakes told of it.
+def told_since(overtaken: DriveCommand, overtaken_ns: int, before: Mapping[str, int], command: DriveCommand) -> dict[str, int]:
+    """By camera, tower clock: since when a picture of `command` was told of, if the command that it overtakes had told of it.
 
     before: the same of the one that is overtaken. Otherwise a picture would seem newer by the time between the two.
     """
     return {
-        camera: before.get(camera, overtaken_ns)
+        camera: before.get(camera, overtaken.sent_ns)
         for camera, capture_ns in overtaken.displayed_capture_ns.items()
         if command.displayed_capture_ns.get(camera) == capture_ns <= overtaken_ns
     }
 
 
-def of_command(state: State, command: DriveCommand, at_ns: int, shown_ns: Mapping[str, int]) -> dict[str, object]:
+def of_command(state: State, command: DriveCommand, at_ns: int, told_ns: Mapping[str, int]) -> dict[str, object]:
     """What the lease's holder is known by after his command; as fields of the state."""
     pictures = dict(state.pictures)
     for camera, capture_ns in command.displayed_capture_ns.items():
@@ -94,7 +95,8 @@ def of_command(state: State, command: DriveCommand, at_ns: int, shown_ns: Mappin
         advanced = known is None or capture_ns > known.capture_ns
         room = camera in pictures or len(pictures) < CAMERAS_MAX  # made-up names do not fill the memory
         if advanced and room and capture_ns <= at_ns:  # a stamp of the future is no picture of ours
-            pictures[camera] = Picture(capture_ns=capture_ns, advanced_ns=shown_ns.get(camera, at_ns))
+            told_first_ns = told_ns.get(camera, command.sent_ns)
+            pictures[camera] = Picture(capture_ns=capture_ns, advanced_ns=at_ns, told_ns=told_first_ns)
     return {
         "command": command,
         "command_ns": at_ns,
@@ -190,12 +192,16 @@ def picture_ms(state: State, vehicle: VehicleDescription) -> float:
     """Since the worst required camera last brought something new to the operator's screen; a camera never seen is worst.
 
     As of his last command, which is what tells it: while commands are silent nothing is known of his screen, and their silence
-    has its own, graded rule. The command that ends it tells how old his picture has become.
+    has its own, graded rule. The command that ends it tells how long his picture has stood, and by its own clock: one that was
+    long on its way tells of a screen long ago. By ours it may be longer at most by the age that a command may have.
     """
 
     def silence_ms(name: str) -> float:
-        picture = state.pictures.get(name)
-        return NEVER_MS if picture is None else max(state.command_ns - picture.advanced_ns, 0) / 1e6
+        picture, command = state.pictures.get(name), state.command
+        if picture is None or command is None:
+            return NEVER_MS
+        stood_ns = command.sent_ns - picture.told_ns, state.command_ns - picture.advanced_ns - ECHO_AGE_MAX_NS
+        return max(*stood_ns, 0) / 1e6
 
     return max((silence_ms(camera.name) for camera in vehicle.cameras if camera.required), default=0.0)
 

@@ -73,7 +73,7 @@ class Inputs(Message):
     feedback: Feedback | None = None
     command: DriveCommand | None = None
     command_ns: TimeNs = 0  # vehicle clock at arrival
-    shown_ns: dict[Name, TimeNs] = {}  # by camera, when an earlier command of this cycle had shown the same picture
+    told_ns: dict[Name, TimeNs] = {}  # by camera, tower clock: since when earlier commands of this cycle told of the same picture
     autonomy: AutonomyCommand | None = None
     autonomy_status: AutonomyStatus | None = None
     scene: Scene | None = None
@@ -87,7 +87,7 @@ class Inputs(Message):
     supervisors: tuple[Identity, ...] = ()  # one for each
     next_command: DriveCommand | None = None  # of the next operator: it drives nothing
     next_command_ns: TimeNs = 0
-    next_shown_ns: dict[Name, TimeNs] = {}
+    next_told_ns: dict[Name, TimeNs] = {}
     next_revoked: bool = False  # the next operator's certificate is on the list of the revoked
 
 
@@ -96,6 +96,7 @@ class Picture(Message):
 
     capture_ns: TimeNs  # newest capture stamp seen on the operator's screen
     advanced_ns: TimeNs  # when that stamp last became newer
+    told_ns: TimeNs = 0  # the same on the tower's clock: when the first command was sent that told of it
 
 
 class Successor(Message):

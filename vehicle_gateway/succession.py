@@ -48,7 +48,7 @@ def attend(state: State, inputs: Inputs, now_ns: int, vehicle: VehicleDescriptio
         return replace(state, successor=Successor(), lease_note=over)
     if command is None or command.lease_epoch != successor.lease.epoch:
         return state
-    fields = of_command(in_his_place(state), command, inputs.next_command_ns, inputs.next_shown_ns)
+    fields = of_command(in_his_place(state), command, inputs.next_command_ns, inputs.next_told_ns)
     ages = successor.loop_ages.add(now_ns, loop_age_ms(replace(in_his_place(state), **fields), vehicle, limits))
     return replace(state, successor=replace(successor, loop_ages=ages, **fields))
 

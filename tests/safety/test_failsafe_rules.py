@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from tests.messages import autonomy_status
-from tests.vehicle_gateway.one_gateway import CAR, MS, REAR, M, autonomous, camera_status, lag, remote, stopped
+from tests.vehicle_gateway.one_gateway import AHEAD_NS, CAR, MS, REAR, M, autonomous, camera_status, lag, remote, stopped
 from wire.messages.session import Action, Outcome
 
 LIMIT_AND_JUST_AFTER_MS = 0.001  # a microsecond
@@ -78,6 +78,30 @@ def test_silence_hides_no_frozen_picture_the_command_that_ends_it_tells():
     drive.ann.silent = False
     drive.tick()
     assert (drive.mode, drive.told().failsafe) == (M.SAFE_STOP, "picture_lost")
+
+
+@pytest.mark.parametrize("freezes", [False, True])
+def test_a_command_that_was_long_on_its_way_tells_of_the_screen_when_it_was_sent(freezes):
+    drive = remote()
+    drive.ann.frozen, drive.ann.sent_ns = True, drive.now + AHEAD_NS + 8 * MS
+    silent_for(drive, 300.0)
+    drive.ann.silent = False
+    drive.tick()
+    assert (drive.mode, drive.told().failsafe) == (M.REMOTE, "")
+    drive.ann.frozen, drive.ann.sent_ns = freezes, None
+    drive.tick()
+    assert (drive.mode, drive.told().failsafe) == ((M.SAFE_STOP, "picture_lost") if freezes else (M.REMOTE, ""))
+
+
+def test_if_the_tower_s_clock_stands_a_frozen_picture_is_noticed_a_command_s_age_later():
+    drive = remote()
+    drive.ann.frozen, drive.ann.sent_ns = True, drive.now + AHEAD_NS
+    advanced_ns = drive.state.pictures["front"].advanced_ns
+    while drive.state.command_ns - advanced_ns < (500 + 200) * MS:
+        drive.tick()
+    assert (drive.mode, drive.state.command_ns - advanced_ns) == (M.REMOTE, (500 + 200) * MS)
+    drive.tick(LIMIT_AND_JUST_AFTER_MS)
+    assert drive.mode is M.SAFE_STOP
 
 
 def test_without_a_new_picture_steering_commands_are_ignored_and_braking_is_accepted():

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.safety.witness import watched
-from tests.safety.world import MS, World, led_to
+from tests.safety.world import AHEAD_NS, MS, World, led_to
 from wire.messages.vehicle import Mode
 
 
@@ -19,7 +19,7 @@ def by_hand() -> World:
 def arrives(world, shown_ns, *, before_cycle_ms) -> int:
     """A command with this picture, so long before the next cycle; when that was."""
     ann, at_ns = world.towers[0], world.now_ns + round((10.0 - before_cycle_ms) * MS)
-    ann.frozen, ann.shown_ns = True, shown_ns
+    ann.frozen, ann.shown_ns, ann.clock_ns = True, shown_ns, at_ns + AHEAD_NS - 20 * MS
     world.arrive(ann, ann.command(world.angle), at_ns)
     return at_ns
 
@@ -59,6 +59,7 @@ def test_a_stamp_that_was_of_the_future_when_it_came_first_counts_from_when_it_w
     world.tick()
     assert mode_when_blind_for(world, 200, second_ns) is Mode.REMOTE
     assert world.state.pictures["front"].advanced_ns == second_ns
+    assert world.state.pictures["front"].told_ns == second_ns + AHEAD_NS - 20 * MS
 
 
 def test_what_was_taken_is_not_remembered_for_the_next_cycle():
@@ -67,4 +68,4 @@ def test_what_was_taken_is_not_remembered_for_the_next_cycle():
     world.tick()
     arrives(world, world.now_ns - 20 * MS, before_cycle_ms=1.0)
     world.tick()
-    assert world.inputs.shown_ns == {}
+    assert world.inputs.told_ns == {}

@@ -38,7 +38,7 @@ class Right:
         self.owner, self.epoch, self.sequence = owner, epoch, 0
         self.good = self.taken = None  # newest command that had the right to be obeyed; the one this cycle may know
         self.good_ns = self.right_ns = NEVER  # when it came; when the last one with the dead-man held came
-        self.shown_ns, self.advanced_ns, self.blind_ns = NEVER, NEVER, 0
+        self.shown_ns, self.came_ns, self.told_ns, self.blind_ns = NEVER, NEVER, NEVER, 0  # told: by his own clock
 
     def saw_arrival(self, world, tower, command, at_ns):
         age_ms = (at_ns - command.echoed_vehicle_ns) / 1e6
@@ -56,10 +56,12 @@ class Right:
         self.right_ns = at_ns if command.dead_man else self.right_ns
         shown_ns = command.displayed_capture_ns.get("front", NEVER)
         if self.shown_ns < shown_ns <= at_ns:
-            self.shown_ns, self.advanced_ns = shown_ns, at_ns  # only a newer picture is a new one
+            self.shown_ns, self.came_ns, self.told_ns = shown_ns, at_ns, command.sent_ns  # only a newer picture is a new one
 
     def saw_take(self):
-        self.taken, self.blind_ns = self.good, self.good_ns - self.advanced_ns
+        self.taken = self.good
+        if self.good is not None:
+            self.blind_ns = max(self.good.sent_ns - self.told_ns, self.good_ns - self.came_ns - 500 * MS)
 
     def ends(self):
         """What the cycle has taken of it already stays taken."""

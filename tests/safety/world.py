@@ -42,6 +42,7 @@ from wire.road import wrap_angle
 from wire.signature import sign
 
 MS = 1_000_000
+AHEAD_NS = 3600 * 10**9  # the towers' clocks, before the car's
 FOREVER_NS = 2**62
 EVE = "signed by eve"  # the supervisor
 SHIPPED: VehicleDescription = read_sections(shipped("simulated.toml"), {"vehicle": VehicleDescription})["vehicle"]
@@ -154,7 +155,7 @@ class Tower:
         self.sequence = self.number = 0
         self.silent = self.frozen = self.deaf = self.forging = False
         self.dead_man, self.steer, self.acceleration, self.gear = True, None, 0.0, Gear.DRIVE
-        self.echo_ns = self.shown_ns = 0
+        self.echo_ns = self.shown_ns = self.clock_ns = 0
         self.forged: set[str] = set()  # what it did not sign with its key
 
     def restart(self):
@@ -166,8 +167,8 @@ class Tower:
         bare = drive_command(
             lease_epoch=self.epoch,
             sequence=self.sequence,
-            sent_ns=7,
-            event_ns=7,
+            sent_ns=self.clock_ns,
+            event_ns=self.clock_ns,
             echoed_vehicle_ns=self.echo_ns,
             echoed_boot_id=self.boot_id,
             displayed_capture_ns={"front": self.shown_ns},
@@ -259,6 +260,7 @@ class World:
 
     def _towers_send(self):
         for tower in self.towers:
+            tower.clock_ns = self.now_ns + AHEAD_NS
             if not tower.deaf:
                 tower.echo_ns, tower.boot_id = max(self.now_ns - 30 * MS, 0), self.boot_id
                 if self.state.lease.session and self.holds(tower):

@@ -31,6 +31,7 @@ ENGAGING = GatewayLimits(authority=AuthorityLimits(engage_autonomously=True))
 MS = 1_000_000
 REMOTE = (M.REMOTE, M.HANDING_BACK)
 HELD_TINY = 1e-9
+AHEAD_NS = 3600 * 10**9  # the towers' clocks, before the car's
 
 
 class Operator:
@@ -44,6 +45,7 @@ class Operator:
         self.override = False
         self.lights, self.wipers = Lights.LOW, Wipers.OFF
         self.steer: float | None = None  # None: as the car steers now
+        self.sent_ns: int | None = None  # None: now
         self.loop_ms = 80
         self.seen: dict[str, int] = {}
         self.stuck: set[str] = set()  # cameras that bring nothing new to this screen
@@ -57,7 +59,7 @@ class Operator:
         return drive_command(
             lease_epoch=self.epoch,
             sequence=self.sequence,
-            sent_ns=3600 * 10**9,
+            sent_ns=now_ns + AHEAD_NS if self.sent_ns is None else self.sent_ns,
             echoed_vehicle_ns=now_ns - 40 * MS,
             echoed_boot_id=boot_id,
             displayed_capture_ns=dict(self.seen),

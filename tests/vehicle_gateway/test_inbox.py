@@ -55,5 +55,5 @@ def test_a_command_that_comes_between_looking_and_clearing_is_there_at_the_next_
     putting.join()
     second, third = inbox.take("")[0], inbox.take("")[0]
     assert [each.command and each.command.sequence for each in (first, second, third)] == [1, 2, None]
-    assert (second.command_ns, second.shown_ns) == (NOW + 2, {}), "the first was taken, not overtaken"
+    assert (second.command_ns, second.told_ns) == (NOW + 2, {}), "the first was taken, not overtaken"
     assert not inbox.dropped

@@ -72,8 +72,9 @@ def test_without_one_nothing_is_over_and_nothing_is_heard():
 
 
 def test_his_command_is_kept_with_its_time_its_pictures_and_how_old_they_were():
-    command = drive_command(lease_epoch=9, sequence=5, displayed_capture_ns={"front": NOW - 70 * MS}, dead_man=True)
-    inputs = Inputs(next_command=command, next_command_ns=NOW - 2 * MS, next_shown_ns={"front": NOW - 3 * MS})
+    shown = {"front": NOW - 70 * MS}
+    command = drive_command(lease_epoch=9, sequence=5, sent_ns=8 * S, displayed_capture_ns=shown, dead_man=True)
+    inputs = Inputs(next_command=command, next_command_ns=NOW - 2 * MS, next_told_ns={"front": 8 * S - 3 * MS})
     found = state()
     after = attend(found, inputs, NOW, CAR, LIMITS)
     assert after == replace(
@@ -83,7 +84,7 @@ def test_his_command_is_kept_with_its_time_its_pictures_and_how_old_they_were():
             command=command,
             command_ns=NOW - 2 * MS,
             dead_man_ns=NOW - 2 * MS,
-            pictures={"front": Picture(capture_ns=NOW - 70 * MS, advanced_ns=NOW - 3 * MS)},
+            pictures={"front": Picture(capture_ns=NOW - 70 * MS, advanced_ns=NOW - 2 * MS, told_ns=8 * S - 3 * MS)},
             loop_ages=LoopAges(samples=((NOW - 11 * MS, 79.0), (NOW, 68.0))),
             lease=replace(HIS, seen_ns=NOW - 2 * MS),
         ),
