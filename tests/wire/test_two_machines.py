@@ -11,7 +11,7 @@ from benchmarks.two_machines import CAR_ADDRESS, TOWER_ADDRESS, VEHICLE, Listene
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 PLACE = f"{CAR_ADDRESS}:7450"
-PATIENCE_S = 15.0
+PATIENCE_S = 40.0  # of a machine that does three other things beside; what has to be quick has its own bound
 
 
 @pytest.fixture(scope="module")
