@@ -149,10 +149,10 @@ class Gateway:
     def _wait(self, deadline_ns: int) -> tuple[int, int]:
         """Until the deadline or a valid command, whichever is first. Now, and the next deadline."""
         earliest_ns = self.state.now_ns + SHORTEST_NS
-        woken = self._inbox.wake.wait(max(deadline_ns - self._clock.now_ns(), 0) / 1e9)
+        woken = self._inbox.wake.wait(self._clock.real_s(max(deadline_ns - self._clock.now_ns(), 0)))
         rest_ns = earliest_ns - self._clock.now_ns()
         if woken and rest_ns > 0:
-            time.sleep(rest_ns / 1e9)  # an event nobody sets would do, at half as much again
+            time.sleep(self._clock.real_s(rest_ns))  # an event nobody sets would do, at half as much again
         self._inbox.wake.clear()
         now_ns = self._clock.now_ns()
         self._lateness.add(min(deadline_ns, now_ns), now_ns)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import av
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,6 +13,7 @@ from tower.video.connection import user_data
 from vehicle_gateway.video.camera import CameraLoop
 from vehicle_gateway.video.encoder import Encoder
 from vehicle_gateway.video.freshness import Freshness, judge
+from vehicle_gateway.video.load import Allowance
 from vehicle_gateway.video.picture import Picture, from_bgr
 from vehicle_gateway.video.settings import VideoSettings
 from wire.clock import Clock
@@ -122,6 +124,35 @@ def test_a_file_is_never_live() -> None:
     loop = loop_of(lambda *_: None, kind="file")
     loop.step(Picture(grey(50), now_ns), now_ns)
     assert not loop.status(now_ns + MS, watching=0).live
+
+
+class WaitsForNothing(OneLevelSource):
+    """It never has a picture, and keeps how long it was waited for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waited_s: list[float] = []
+
+    def take(self, timeout_s: float) -> Picture | None:
+        super().take(timeout_s)
+        self.waited_s.append(timeout_s)
+        return None
+
+
+@pytest.mark.parametrize(("rate_hz", "after_ms"), [(30.0, 100.0), (10.0, 150.0)])
+def test_in_slow_motion_a_source_has_as_much_longer_until_its_last_picture_is_shown_again(rate_hz: float, after_ms: float) -> None:
+    source, halt = WaitsForNothing(), threading.Event()
+    clock = Clock(real_time_factor=0.25)
+    loop = CameraLoop(CAMERA, source, Encoder(CAMERA, VideoSettings()), clock, lambda *_: None)
+    loop.limit(Allowance(rate_hz))
+    thread = threading.Thread(target=loop.run, args=(halt,))
+    thread.start()
+    try:
+        assert source.fetched.wait(5.0)
+    finally:
+        halt.set()
+        thread.join(5.0)
+    assert source.waited_s[0] == pytest.approx(4 * after_ms / 1e3)
 
 
 def test_skipped_pictures_are_told_in_the_health_of_the_loop() -> None:

@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 Deliver = Callable[[EncodedPicture, int], None]  # the picture, and the time it was ready
 _DIGEST_ROWS = 16  # one row in so many tells a new picture from a repeated one: the noise of a sensor is in every row
 _LOOK_S = 0.05  # how often a camera that is not wanted looks whether it is
-_REPEAT_AFTER_S = 0.1  # a source that gives nothing is shown again at this interval (or 1.5 periods of a slower camera)
+_REPEAT_AFTER_NS = 100_000_000  # a source that gives nothing is shown again at this interval (or 1.5 periods of a slower camera)
 _LIVE_NS = 1_000_000_000  # without new content for this long the camera no longer shows the road ahead now
 _SECOND_NS = 1_000_000_000
 
@@ -64,7 +64,7 @@ class CameraLoop:
         self.allowed = Allowance(calibration.frame_rate_hz)
         self._is_wanted, self._speed_m_s = is_wanted, speed_m_s
         self._source, self._clock, self._deliver = source, clock, deliver
-        self._wait_s = max(_REPEAT_AFTER_S, 1.5 / calibration.frame_rate_hz)
+        self._wait_s = self._repeat_after_s(calibration.frame_rate_hz)
         self._freshness, self._motion = Freshness(), PictureMotion()
         self._lateness = Lateness(round(1e9 / calibration.frame_rate_hz))
         self._previous: Picture | None = None
@@ -97,10 +97,14 @@ class CameraLoop:
         """No more and no larger pictures than this from now on."""
         self.allowed = allowed
         self.encoder.limit(allowed.rate_hz)
-        self._wait_s = max(_REPEAT_AFTER_S, 1.5 / allowed.rate_hz)
+        self._wait_s = self._repeat_after_s(allowed.rate_hz)
         self._lateness.period_ns = round(1e9 / allowed.rate_hz)
         if self._is_wanted(self._clock.now_ns()):
             self._source.limit(*allowed)
+
+    def _repeat_after_s(self, rate_hz: float) -> float:
+        """In the source's time, which is that of the clock, slow motion or not."""
+        return self._clock.real_s(max(_REPEAT_AFTER_NS, round(1.5e9 / rate_hz)))
 
     def step(self, picture: Picture, now_ns: int) -> None:
         """One picture, from the source or once more, to whoever receives them."""

@@ -128,7 +128,7 @@ class MediaSource:
             if self.kind == "file" and frame.time is not None:
                 first_s = frame.time if first_s is None else first_s
                 due_ns = start_ns + round((frame.time - first_s) * 1e9)
-                self._halt.wait(max(due_ns - self._clock.now_ns(), 0) / 1e9)
+                self._halt.wait(self._clock.real_s(max(due_ns - self._clock.now_ns(), 0)))
             if self._halt.is_set():
                 return
             yield frame

@@ -60,7 +60,7 @@ def run(config: Path, stop: threading.Event) -> int:
             sources = open_sources(choices, vehicle, clock, link, drawing)
             log.info("started", extra=fields(**{name: choice.kind for name, choice in choices.items()}))
             sender = stack.enter_context(video_sender(link, vehicle.cameras, sources, gateway.video, clock, servers))
-        sender.report(stop, others.late_ns, fifo)
+        sender.report(stop, lambda: round(others.late_ns() * clock.real_time_factor), fifo)
     return 0
 
 
