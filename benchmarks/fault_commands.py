@@ -1,7 +1,8 @@
 """What the car got of its operator's commands, heard beside the gateway, and which of them its cycles used.
 
 `Arrivals` looks at what came to the car's hub: for how long nothing came, and nothing with a newer picture. By the limits of the
-configuration that says whether the car had to stop, or had no reason to. `Used` looks at the cycles as they are recorded: how old
+configuration that says whether the car had to stop, or had no reason to; how long a picture stood counts by the clock of who sent
+the commands, as it does for the car. `Used` looks at the cycles as they are recorded: how old
 each command was that a cycle took up. Both are told by a listener at the car's hub; never by what the gateway says of itself.
 """
 
@@ -23,6 +24,7 @@ TOLERANCE_MS = 100.0  # ours, of listening beside the gateway on a busy machine:
 class Arrival(NamedTuple):
     received_ns: int  # the car's clock
     capture_ns: int  # of the picture it was given on
+    sent_ns: int  # the tower's clock
 
     @property
     def age_ms(self) -> float:
@@ -55,7 +57,9 @@ class Gaps(NamedTuple):
 def gaps(arrivals: Sequence[Arrival], from_ns: int, to_ns: int) -> Gaps:
     """Between the two instants; one that is still open at the end counts, as does one that was open at the beginning."""
     heard = [each for each in arrivals if each.received_ns <= to_ns]
-    new = [each.received_ns for each, newest_ns in zip(heard, _newest_before(heard), strict=True) if each.capture_ns > newest_ns]
+    tower_ns = min((each.received_ns - each.sent_ns for each in heard), default=0)  # its clock, as of the quickest way
+    newer = (each for each, newest_ns in zip(heard, _newest_before(heard), strict=True) if each.capture_ns > newest_ns)
+    new = [each.sent_ns + tower_ns for each in newer]
     fresh = [each.received_ns for each in heard if each.age_ms <= FAILSAFE.loop_age_max_ms]
     command_ms, picture_ms, slow_ms = (_longest_ms(each, from_ns, to_ns) for each in ([a.received_ns for a in heard], new, fresh))
     return Gaps(command_ms, picture_ms, slow_ms, max((each.age_ms for each in heard if each.received_ns > from_ns), default=0.0))
@@ -81,7 +85,7 @@ class Arrivals:
 
     def take(self, topic: str, message: Any, received_ns: int) -> None:
         if topic == "drive_command" and message.get("dead_man") and message["sequence"] < FAR:  # or somebody's junk
-            self._kept.append(Arrival(received_ns, message["displayed_capture_ns"].get(CAMERA, 0)))
+            self._kept.append(Arrival(received_ns, message["displayed_capture_ns"].get(CAMERA, 0), message["sent_ns"]))
 
     def gaps(self, from_ns: int, to_ns: int) -> Gaps:
         return gaps(tuple(self._kept.copy()), from_ns, to_ns)

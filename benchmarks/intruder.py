@@ -10,11 +10,13 @@ stolen   likewise with the operator's own name, as he would from another compute
 rival    likewise, sixty times a second; one time in four for the car itself, signed with a key of his own
 frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
 stuck    likewise: the same position from the satellites, with fresh stamps
-doubting with the automation's certificate: it begins to ask for a take-over fifty times a second, and takes it back as often
+doubting with the automation's certificate: it begins to ask for a take-over about fifty times a second, and takes it back as often,
+         in no rhythm: a cockpit that takes when it hears of it would for ever be one beat behind
 frames   on the vehicle bus: of every twelve commands of the gateway he answers three in a row by one that steers and accelerates,
          checksum right, counter the answered one's; looks at what the ECU demands of the actuators, and says so in the end
 """
 
+import random
 import secrets
 import signal
 import sys
@@ -141,7 +143,7 @@ def doubting(link: Link, heard: Link, config: Path) -> Tick:
     def tick(number: int, now_ns: int) -> None:
         if genuine:
             told = replace(genuine[0], stamp_ns=now_ns + AHEAD_NS, sequence=FAR + number)
-            link.publish("autonomy_status", replace(told, **asks(number, now_ns) if number % 2 else NOTHING_ASKED))
+            link.publish("autonomy_status", replace(told, **asks(number, now_ns) if random.Random(number).random() < 0.5 else NOTHING_ASKED))
 
     return tick
 

@@ -11,13 +11,19 @@ from vehicle_gateway.failsafe import FailsafeLimits
 from vehicle_gateway.lease import ECHO_AGE_MAX_NS
 
 MS = 1_000_000
+AHEAD_NS = -3600 * 10**9  # the tower's clock
 LIMITS = FailsafeLimits()
 NONE = Gaps(command_ms=8.0, picture_ms=40.0, slow_ms=8.0, oldest_ms=120.0)
 
 
 def every(period_ms, from_ms, to_ms, picture_age_ms=60):
     """Commands in step, each with a picture of its own."""
-    return [Arrival(at * MS, (at - picture_age_ms) * MS) for at in range(from_ms, to_ms, period_ms)]
+    return [arrival(at, at - picture_age_ms) for at in range(from_ms, to_ms, period_ms)]
+
+
+def arrival(at_ms, capture_ms, late_ms=0):
+    """late_ms: longer on its way than the others."""
+    return Arrival(at_ms * MS, capture_ms * MS, (at_ms - late_ms) * MS + AHEAD_NS)
 
 
 def longest_ms(instants_ms, from_ms, to_ms):
@@ -27,7 +33,7 @@ def longest_ms(instants_ms, from_ms, to_ms):
 
 @given(st.sets(st.integers(1, 400), max_size=12), st.integers(50, 200), st.integers(201, 400))
 def test_the_longest_silence_is_that_of_looking_every_millisecond(instants, from_ms, to_ms):
-    arrivals = [Arrival(at * MS, at * MS) for at in sorted(instants)]
+    arrivals = [arrival(at, at) for at in sorted(instants)]
     begin_ms = max((each for each in instants if each <= from_ms), default=from_ms)
     seen = gaps(arrivals, from_ms * MS, to_ms * MS)
     inside = {each for each in instants if each < to_ms} | {begin_ms}
@@ -36,12 +42,17 @@ def test_the_longest_silence_is_that_of_looking_every_millisecond(instants, from
 
 
 def test_commands_that_show_no_newer_picture_leave_the_picture_old():
-    still = [Arrival(at * MS, 940 * MS) for at in range(1008, 1300, 8)]
+    still = [arrival(at, 940) for at in range(1008, 1300, 8)]
     seen = gaps(every(8, 0, 1001) + still, 1000 * MS, 1300 * MS)
     assert seen.command_ms == pytest.approx(8.0, abs=8.0)
     assert seen.picture_ms == 300.0
     assert seen.must_stop is False
     assert seen.may_stop is True
+
+
+def test_a_picture_stands_as_long_as_the_sender_s_clock_says_however_late_the_command_that_tells_of_the_next():
+    seen = gaps([*every(8, 0, 1001), arrival(1280, 1100, late_ms=120), arrival(1288, 1200)], 1000 * MS, 1290 * MS)
+    assert (seen.command_ms, seen.picture_ms) == (280.0, 160.0)
 
 
 def test_pictures_that_are_all_too_old_are_a_slow_loop():
@@ -69,8 +80,8 @@ def test_nothing_unusual_is_no_reason_to_stop():
 
 def test_only_the_operators_own_commands_with_the_dead_man_held_count():
     arrivals = Arrivals()
-    own = {"sequence": 1, "dead_man": True, "displayed_capture_ns": {"front": 5 * MS}}
-    for at_ms, message in ((10, own), (20, own | {"sequence": FAR + 1}), (30, own | {"dead_man": False})):
+    own = {"sequence": 1, "dead_man": True, "displayed_capture_ns": {"front": 5 * MS}, "sent_ns": 7}
+    for at_ms, message in ((10, own), (20, own | {"sequence": FAR + 1}), (30, own | {"dead_man": False}), (40, {"sequence": 2})):
         arrivals.take("drive_command", message, at_ms * MS)
     arrivals.take("gateway_status", {}, 40 * MS)
     assert arrivals.gaps(10 * MS, 100 * MS).command_ms == 90.0
