@@ -142,8 +142,8 @@ def doubting(link: Link, heard: Link, config: Path) -> Tick:
 
     def tick(number: int, now_ns: int) -> None:
         if genuine:
-            told = replace(genuine[0], stamp_ns=now_ns + AHEAD_NS, sequence=FAR + number)
-            link.publish("autonomy_status", replace(told, **asks(number, now_ns) if random.Random(number).random() < 0.5 else NOTHING_ASKED))
+            said = asks(number, now_ns) if random.Random(number).random() < 0.5 else NOTHING_ASKED
+            link.publish("autonomy_status", replace(genuine[0], stamp_ns=now_ns + AHEAD_NS, sequence=FAR + number, **said))
 
     return tick
 
