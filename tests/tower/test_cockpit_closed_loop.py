@@ -549,6 +549,16 @@ def test_after_a_gap_it_does_not_wait_for_a_window_that_says_nothing() -> None:
     assert WORD_NS < first.sent_ns - HOUR_NS - resumed_ns <= WORD_NS + 2 * TICK_NS
 
 
+def test_a_cockpit_without_a_window_that_stumbles_again_and_again_sends_with_every_tick_that_is_due() -> None:
+    drive = Drive(window_died=True, closed=False)
+    drive.until(lambda drive: drive.car.commands, 5.0)
+    drive.car.commands.clear()
+    for tick in range(200):
+        drive.stalled = tick % 20 != 0  # 160 ms
+        drive.step()
+    assert len(drive.car.commands) >= 8
+
+
 def test_a_gap_that_the_car_does_not_brake_for_delays_no_command() -> None:
     drive = Drive()
     resumed_ns, _ = stalled_for(drive, GAP_NS // 1_000_000 - 16)

@@ -53,12 +53,13 @@ def resumed_ns(before_ns: int, tick_ns: int | None, now_ns: int) -> int:
 
 
 def knows_screen(status: WindowStatus | None, since_ns: int, now_ns: int) -> bool:
-    """Whether what is known of the screen was said since the cockpit goes on (resumed_ns), or was waited for long enough.
+    """Whether what is known of the screen was said since the cockpit goes on (resumed_ns), or was waited for long enough. Where no
+    window ever said anything nothing is to be waited for.
 
     What stood there before a gap stands there no more: told to the car, it would be a picture that froze, and a silence that is
     to be recovered from became a stop.
     """
-    return (status is not None and status.stamp_ns >= since_ns) or now_ns - since_ns > WORD_NS
+    return status is None or status.stamp_ns >= since_ns or now_ns - since_ns > WORD_NS
 
 
 def _worst_required(status: WindowStatus | None, description: VehicleDescription | None) -> int | None:
