@@ -1,7 +1,7 @@
 """Car and tower in one process over a real WebRTC connection: pictures, stamps, replacement, recovery."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -40,16 +40,21 @@ def test_pictures_of_two_cameras_arrive_with_their_stamps_on_a_tower_whose_clock
 
 
 class OnALossyWay(VideoReceiver):
-    """Each camera's 40th packet does not come, nor its first repetition."""
+    """lose: what each camera's receiver does not get."""
+
+    def __init__(self, lose: Callable[[Any], None], link: MemoryLink, *rest: Any) -> None:
+        super().__init__(link, *rest)
+        self._lose = lose
 
     async def _open(self, cameras: tuple[str, ...]) -> Any:
         connection, readers = await super()._open(cameras)
         for transceiver in connection.getTransceivers() if connection is not None else ():
-            lose(transceiver.receiver)
+            self._lose(transceiver.receiver)
         return connection, readers
 
 
-def lose(receiver: Any) -> None:
+def the_40th_twice(receiver: Any) -> None:
+    """That packet does not come, nor its first repetition."""
     hear, count = receiver._handle_rtp_packet, iter(range(1, 100_000))
     lost: set[int] = set()
 
@@ -67,23 +72,14 @@ def lose(receiver: Any) -> None:
 
 def test_of_two_cameras_a_packet_that_is_lost_twice_is_sent_until_it_comes_and_no_picture_is_missed() -> None:
     link, clock = MemoryLink(), Clock()
-    with car(link, "front", "left"), OnALossyWay(link, clock, ("front", "left")) as video:
+    with car(link, "front", "left"), OnALossyWay(the_40th_twice, link, clock, ("front", "left")) as video:
         late_ms = [(frame.decoded_ns - frame.capture_ns) / 1e6 for frame in watch(video, "front", 60)]
         assert max(late_ms) < 600.0, "a hole that stays holds up 128 packets: more than a second"
         assert watch(video, "left", 1) and not video.withheld
 
 
-class WithoutTheFirstEnd(VideoReceiver):
+def first_ends(receiver: Any) -> None:
     """The first of the ends of sequence that follow a picture does not come."""
-
-    async def _open(self, cameras: tuple[str, ...]) -> Any:
-        connection, readers = await super()._open(cameras)
-        for transceiver in connection.getTransceivers() if connection is not None else ():
-            lose_first_ends(transceiver.receiver)
-        return connection, readers
-
-
-def lose_first_ends(receiver: Any) -> None:
     hear, before = receiver._handle_rtp_packet, [b""]
 
     async def lossy(packet: Any, arrival_time_ms: int) -> None:
@@ -100,7 +96,7 @@ def lose_first_ends(receiver: Any) -> None:
 
 def test_a_lost_end_of_sequence_is_sent_again_long_before_the_next_picture() -> None:
     link, clock = MemoryLink(), Clock()
-    with car(link, "front", rate_hz=2.0), WithoutTheFirstEnd(link, clock, ("front",)) as video:
+    with car(link, "front", rate_hz=2.0), OnALossyWay(first_ends, link, clock, ("front",)) as video:
         frames = watch(video, "front", 5)
         late_ms = [(frame.decoded_ns - frame.capture_ns) / 1e6 for frame in frames]
     assert max(late_ms[1:]) < 400.0, "the picture waited for the one after it"
