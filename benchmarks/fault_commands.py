@@ -2,8 +2,8 @@
 
 `Arrivals` looks at what came to the car's hub: for how long nothing came, and nothing with a newer picture. By the limits of the
 configuration that says whether the car had to stop, or had no reason to; how long a picture stood counts by the clock of who sent
-the commands, as it does for the car. `Used` looks at the cycles as they are recorded: how old
-each command was that a cycle took up. Both are told by a listener at the car's hub; never by what the gateway says of itself.
+the commands, as it does for the car. `Used` looks at the cycles as they are recorded: how old each command was that a cycle took
+up. Both are told by a listener at the car's hub; never by what the gateway says of itself.
 """
 
 from collections import deque

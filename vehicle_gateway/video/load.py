@@ -83,9 +83,8 @@ def _pressed(load: Load, lowest: int) -> Load:
 
 def _calm(load: Load, held: bool) -> Load:
     """held: a step back has just proved not to be too much."""
-    load = replace(
-        load, pressed_s=0, calm_s=load.calm_s + 1, patience_s=min(load.patience_s, UP_AFTER_S) if held else load.patience_s
-    )
+    patience_s = min(load.patience_s, UP_AFTER_S) if held else load.patience_s
+    load = replace(load, pressed_s=0, calm_s=load.calm_s + 1, patience_s=patience_s)
     if load.level == 0 or load.calm_s < load.patience_s:
         return load
     return replace(load, level=load.level - 1, calm_s=0, since_back_s=0)
