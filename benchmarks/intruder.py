@@ -10,8 +10,9 @@ stolen   likewise with the operator's own name, as he would from another compute
 rival    likewise, sixty times a second; one time in four for the car itself, signed with a key of his own
 frozen   with the simulated world's certificate: the same state of the world again and again, with stamps that are always newest
 stuck    likewise: the same position from the satellites, with fresh stamps
-doubting with the automation's certificate: it begins to ask for a take-over about fifty times a second, and takes it back as often,
-         in no rhythm: a cockpit that takes when it hears of it would for ever be one beat behind
+doubting with the automation's certificate: it begins to ask for a take-over 150 times a second, and takes it back as often, in no
+         rhythm: a cockpit that takes when it hears of it would for ever be one beat behind. So often because the question for a
+         take-over begins a cycle at once, few milliseconds after the last one
 frames   on the vehicle bus: of every twelve commands of the gateway he answers three in a row by one that steers and accelerates,
          checksum right, counter the answered one's; looks at what the ECU demands of the actuators, and says so in the end
 """
@@ -180,7 +181,7 @@ KINDS: dict[str, tuple[Role, Role, float, Prepare]] = {  # speaks as, listens as
     "second": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("eve")),
     "stolen": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 2.0, asking("")),
     "rival": (Role.TOWER_SCRIPT, Role.TOWER_SCRIPT, 60.0, rival),
-    "doubting": (Role.AUTONOMY, Role.RECORDER, 100.0, doubting),
+    "doubting": (Role.AUTONOMY, Role.RECORDER, 300.0, doubting),
     "frozen": (Role.SIMULATE, Role.VIDEO, 100.0, repeated("world_state")),
     # more often than AHEAD_NS, or genuine ones get in between, as they did at 20 Hz: nothing stuck, and nobody noticed
     "stuck": (Role.SIMULATE, Role.AUTONOMY, 50.0, repeated("gnss")),
