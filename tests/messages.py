@@ -6,7 +6,7 @@ from vehicle_gateway.can.codec import Feedback
 from wire.messages.automation import AutonomyStatus, Doubt
 from wire.messages.base import Gear, Indicators
 from wire.messages.operating import DriveCommand, OperatorStatus
-from wire.messages.vehicle import GatewayStatus, HandOver, Mode
+from wire.messages.vehicle import GatewayStatus, HandOver, Mode, VehicleDescription
 
 STATUS = GatewayStatus(
     stamp_ns=0,
@@ -99,6 +99,26 @@ CALM = Feedback(
     emergency_button=False,
     release_button=False,
 )
+CAR = VehicleDescription(
+    vehicle_id="test",
+    length_m=4.5,
+    width_m=1.76,
+    height_m=1.5,
+    wheelbase_m=2.7,
+    rear_overhang_m=0.9,
+    steering_ratio=14.0,
+    road_wheel_angle_max_rad=0.6,
+    acceleration_max_m_s2=2.0,
+    braking_max_m_s2=8.0,
+    speed_max_remote_m_s=8.33,
+    mass_kg=1450.0,
+    cameras=(),
+)
+
+
+def vehicle_description(**changes: object) -> VehicleDescription:
+    """A car without cameras."""
+    return replace(CAR, **changes)
 
 
 def gateway_status(**changes: object) -> GatewayStatus:

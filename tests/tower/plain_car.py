@@ -13,10 +13,11 @@ from typing import Any
 import msgspec
 
 from haptics.settings import HapticsSettings
-from tests.messages import gateway_status
+from tests.messages import gateway_status, vehicle_description
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
 from tower.cockpit.settings import CockpitSettings
+from tower.window.keys import released
 from vehicle_gateway.corridor import Odometry
 from vehicle_gateway.free_way import keep_surroundings
 from vehicle_gateway.guard import GuardLimits, motion_of, things_of, watch
@@ -24,8 +25,8 @@ from vehicle_gateway.place import fix_of, shift_of
 from wire.configuration import shipped
 from wire.latest import EventQueue, Latest
 from wire.messages.automation import Reason, RoadMap, Scene, TakeoverRequest, TrackedObject
-from wire.messages.base import Gear, Indicators, Message, decoder, encode
-from wire.messages.operating import DriveCommand, OperatorInput, WindowStatus
+from wire.messages.base import Gear, Message, decoder, encode
+from wire.messages.operating import DriveCommand, WindowStatus
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, LeaseRequest, Outcome
 from wire.messages.vehicle import (
     Actuation,
@@ -33,7 +34,6 @@ from wire.messages.vehicle import (
     GatewayStatus,
     HandOver,
     Mode,
-    VehicleDescription,
     VehicleState,
 )
 from wire.road import Road
@@ -43,19 +43,7 @@ from wire.signature import is_genuine
 TICK_NS = 8_000_000
 HOUR_NS = 3_600_000_000_000  # the tower's clock is an hour ahead
 LINK_NS = 20_000_000  # one way
-CAR = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
+CAR = vehicle_description(
     cameras=(
         CameraCalibration(
             name="front",
@@ -72,27 +60,7 @@ CAR = VehicleDescription(
         ),
     ),
 )
-KEYS = OperatorInput(
-    stamp_ns=0,
-    sequence=0,
-    focus=True,
-    device="keyboard",
-    touched=False,
-    steer=0.0,
-    throttle=0.0,
-    brake=0.0,
-    dead_man=False,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    accept_presses=0,
-    hand_back_presses=0,
-    return_presses=0,
-    stop_presses=0,
-    clear_presses=0,
-    engage_presses=0,
-)
+KEYS = msgspec.structs.replace(released(0), focus=True)
 KEY = bytes(range(32))
 SITE_M, SITE_LENGTH_M, TAPER_M = 150.0, 18.0, 8.0
 

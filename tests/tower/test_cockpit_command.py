@@ -6,29 +6,15 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from haptics.virtual_wheel import VirtualWheel
+from tests.messages import vehicle_description
 from tower.cockpit.command import Stamps, Wanted, built, is_urgent, moved, trusted, wanted
 from tower.cockpit.devices import Controls, Presses, newly_pressed
 from tower.cockpit.pedals import Arming, PedalSettings, acceleration_m_s2, arm, pedals_for
 from wire.messages.base import decoder, encode
 from wire.messages.operating import DriveCommand
-from wire.messages.vehicle import VehicleDescription
 from wire.signature import is_genuine, sign
 
-CAR = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
-    cameras=(),
-)
+CAR = vehicle_description()
 PEDALS = PedalSettings()
 NOW_NS = 10**12
 HELD = Controls(

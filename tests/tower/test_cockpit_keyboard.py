@@ -10,52 +10,20 @@ from haptics.alignment import Phase
 from haptics.settings import HapticsSettings
 from haptics.torque import limited, steering_torque
 from haptics.virtual_wheel import VirtualWheel
+from tests.messages import vehicle_description
 from tower.cockpit.devices import Controls, View
 from tower.cockpit.keyboard import KeyboardDevice, KeyboardSettings, Keys, pedalled, steered
+from tower.window.keys import released
 from wire.configuration import shipped
 from wire.latest import Received
-from wire.messages.base import Gear, Indicators
+from wire.messages.base import Gear
 from wire.messages.operating import OperatorInput
-from wire.messages.vehicle import Actuation, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, VehicleState
 from wire.road import Road, wrap_angle
 from wire.scenario import read_map
 
-CAR = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
-    cameras=(),
-)
-RELEASED = OperatorInput(
-    stamp_ns=0,
-    sequence=0,
-    focus=True,
-    device="keyboard",
-    touched=True,
-    steer=0.0,
-    throttle=0.0,
-    brake=0.0,
-    dead_man=False,
-    gear=Gear.DRIVE,
-    indicators=Indicators.OFF,
-    hazard=False,
-    horn=False,
-    accept_presses=0,
-    hand_back_presses=0,
-    return_presses=0,
-    stop_presses=0,
-    clear_presses=0,
-    engage_presses=0,
-)
+CAR = vehicle_description()
+RELEASED = msgspec.structs.replace(released(0), focus=True, touched=True)
 TICK_NS = 4_000_000
 HAPTICS = HapticsSettings()
 SETTINGS = KeyboardSettings()

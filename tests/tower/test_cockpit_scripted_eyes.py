@@ -6,7 +6,7 @@ import msgspec
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.messages import gateway_status
+from tests.messages import gateway_status, vehicle_description
 from tower.cockpit.delayed_view import DelayedView
 from tower.cockpit.devices import View
 from tower.cockpit.path_following import Pose, reckoned
@@ -15,7 +15,7 @@ from tower.cockpit.surroundings import Standing
 from tower.cockpit.way_around import WaySettings, blockers, side_at, updated
 from wire.latest import Received
 from wire.messages.operating import WindowStatus
-from wire.messages.vehicle import CameraCalibration, VehicleDescription
+from wire.messages.vehicle import CameraCalibration
 
 MS = 1_000_000
 STATUS = gateway_status(lease_holder="o", lease_epoch=3)
@@ -37,19 +37,7 @@ def camera(name: str, required: bool) -> CameraCalibration:
     )
 
 
-CAR = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
+CAR = vehicle_description(
     cameras=(camera("front", True), camera("left", True), camera("rear", False)),
 )
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from haptics.force_feedback import Abilities
 from haptics.settings import HapticsSettings
-from tests.messages import gateway_status
+from tests.messages import gateway_status, vehicle_description
 from tower.cockpit.asker import Answer
 from tower.cockpit.cockpit import Cockpit
 from tower.cockpit.settings import CockpitSettings
@@ -17,28 +17,14 @@ from wire.latest import EventQueue, Latest
 from wire.messages.base import Gear, Lights, Message, Wipers
 from wire.messages.operating import DriveCommand, OperatorStatus, TowerStop
 from wire.messages.session import Action, HandOverReply, HandOverRequest, LeaseReply, Outcome
-from wire.messages.vehicle import Actuation, GatewayStatus, Mode, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, GatewayStatus, Mode, VehicleState
 from wire.signature import is_genuine
 
 KEY = bytes(range(32))
 TICK_NS = 4_000_000
 STILL = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
 LEFT_PADDLE, A, B, WIPERS, LAMPS = "button 293", "button 288", "button 289", "button 296", "button 297"
-CAR = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
-    cameras=(),
-)
+CAR = vehicle_description()
 
 
 class Tower:

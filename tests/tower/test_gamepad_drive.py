@@ -13,6 +13,7 @@ from haptics.alignment import Phase
 from haptics.settings import HapticsSettings
 from haptics.torque import limited, steering_torque
 from haptics.virtual_wheel import VirtualWheel
+from tests.messages import vehicle_description
 from tower.cockpit.devices import Controls, View
 from tower.cockpit.keyboard import KeyboardDevice, KeyboardSettings
 from tower.window.joysticks import Joysticks
@@ -20,27 +21,13 @@ from tower.window.keys import next_input, released
 from wire.configuration import shipped
 from wire.latest import Received
 from wire.messages.base import Gear
-from wire.messages.vehicle import Actuation, VehicleDescription, VehicleState
+from wire.messages.vehicle import Actuation, VehicleState
 from wire.road import Road, wrap_angle
 from wire.scenario import read_map
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 os.environ["SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS"] = "1"
-CAR = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
-    cameras=(),
-)
+CAR = vehicle_description()
 SPEED_M_S = 5.0
 STILL = Actuation(road_wheel_angle_rad=0.0, acceleration_m_s2=0.0)
 STATE = VehicleState(

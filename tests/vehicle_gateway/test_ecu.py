@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.messages import vehicle_description
 from vehicle_gateway.can import actuator_codec, ecu_codec
 from vehicle_gateway.can.actuator_codec import DemandState, PlantReport, PlantState, decode_demand, decode_plant
 from vehicle_gateway.can.bus import open_bus
@@ -22,23 +23,9 @@ from vehicle_gateway.simulation.single_track import Body as CarBody
 from vehicle_gateway.simulation.single_track import ChassisParameters
 from wire.clock import Clock
 from wire.messages.base import Gear, Indicators, Lights, Wipers
-from wire.messages.vehicle import Actuation, Mode, VehicleDescription
+from wire.messages.vehicle import Actuation, Mode
 
-VEHICLE = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
-    cameras=(),
-)
+VEHICLE = vehicle_description()
 SETTINGS, ACTUATORS = EcuSettings(), ActuatorParameters()
 PARAMETERS = car_parameters(VEHICLE, ChassisParameters(), ACTUATORS)
 MS = 1_000_000

@@ -4,28 +4,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.messages import vehicle_description
 from vehicle_gateway.can.actuator_codec import Demand
 from vehicle_gateway.can.ecu_codec import Controls
 from vehicle_gateway.simulation.powertrain import NOBODY, ActuatorParameters, Car, car_parameters, step, wheel_speeds_m_s
 from vehicle_gateway.simulation.single_track import Body, ChassisParameters
 from wire.messages.base import Gear
-from wire.messages.vehicle import VehicleDescription
 
-VEHICLE = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
-    cameras=(),
-)
+VEHICLE = vehicle_description()
 ACTUATORS = ActuatorParameters()
 PARAMETERS = car_parameters(VEHICLE, ChassisParameters(rolling_resistance=0.0, drag_kg_m=0.0), ACTUATORS)
 DT = 0.001

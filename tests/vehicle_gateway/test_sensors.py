@@ -4,6 +4,7 @@ from statistics import fmean, pstdev
 
 import pytest
 
+from tests.messages import vehicle_description
 from vehicle_gateway.simulation import sensors
 from vehicle_gateway.simulation.powertrain import ActuatorParameters, Car, car_parameters
 from vehicle_gateway.simulation.sensors import Biases, SensorSettings, Thing, draw_biases, object_list, things_of
@@ -12,23 +13,8 @@ from vehicle_gateway.simulation.single_track import Body, ChassisParameters
 from vehicle_gateway.simulation.site import StaticObject
 from wire.messages.base import decoder, encode
 from wire.messages.sensing import Gnss, Imu, ObjectList, WheelSpeeds
-from wire.messages.vehicle import VehicleDescription
 
-VEHICLE = VehicleDescription(
-    vehicle_id="test",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.33,
-    mass_kg=1450.0,
-    cameras=(),
-)
+VEHICLE = vehicle_description()
 PARAMETERS = car_parameters(VEHICLE, ChassisParameters(), ActuatorParameters())
 EXACT = Biases(
     acceleration_m_s2=(0.0, 0.0, 0.0),
