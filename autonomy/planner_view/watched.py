@@ -55,12 +55,12 @@ def _cycle(look: Looked, moment: Moment, took_ms: float) -> Cycle:
 
 
 def most_telling(cycles: tuple[Cycle, ...]) -> int:
-    """Where the feasible trajectories differ most often; among those, where the car is nearest to somebody."""
+    """Where the feasible trajectories differ most often; of those, with most ways, then with somebody nearest to the car."""
 
-    def telling(number: int) -> tuple[int, float]:
+    def telling(number: int) -> tuple[int, int, float]:
         cycle = cycles[number]
         away = np.hypot(cycle.places_m[:, 0] - cycle.seen.car.x_m, cycle.places_m[:, 1] - cycle.seen.car.y_m)
-        return different(cycle.decision), -float(away.min(initial=np.inf))
+        return different(cycle.decision), len(cycle.decision.candidates), -float(away.min(initial=np.inf))
 
     return max(range(len(cycles)), key=telling)
 

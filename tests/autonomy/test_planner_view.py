@@ -305,10 +305,11 @@ def test_the_most_telling_cycle_is_where_most_trajectories_differ(cycle: Cycle) 
     )
     two = replace(cycle.decision, candidates=(cycle.decision.chosen, twin, shifted))
     assert different(alone) == 1 and different(two) == 2
-    cycles = tuple(
-        replace(cycle, decision=each, seen=cycle.seen._replace(time_s=t)) for t, each in ((0.0, alone), (0.1, two), (0.2, alone))
-    )
+    same = replace(cycle.decision, candidates=(cycle.decision.chosen, twin))
+    decisions = (alone, two, same, alone)
+    cycles = tuple(replace(cycle, decision=each, seen=cycle.seen._replace(time_s=0.1 * n)) for n, each in enumerate(decisions))
     assert most_telling(cycles) == 1
+    assert most_telling(cycles[2:]) == 0 and most_telling(cycles[::-1][:2]) == 1  # no two that differ: of two ways
     assert cycle_at(cycles, 0.16) == 2
 
 
