@@ -71,7 +71,7 @@ def _car(path: ReferencePath, station_m: float) -> CarState:
 
 
 def _predictions(people: list[_Person]) -> Predictions:
-    """Constant velocity; the deviation grows as the public planner has it, 0.3 m/s2 times the root of the steps."""
+    """Constant velocity; the deviation grows as the public planner has it, 0.3 m/s times a step, times the root of the steps."""
     places = np.array([person.place_m for person in people]).reshape(-1, 2)
     velocities = np.array([person.velocity_m_s for person in people]).reshape(-1, 2)
     times = STEP_S * np.arange(STEPS + 1)[:, None, None]

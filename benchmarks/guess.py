@@ -19,7 +19,7 @@ import numpy as np
 
 from autonomy.compile import WARM_UPS
 from autonomy.planning.crossings.drive import Verdict, drive
-from autonomy.planning.crossings.driver import CAR, Look, Looked, topology_driver
+from autonomy.planning.crossings.driver import CAR, TUNED, Look, Looked, topology_driver
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
 from autonomy.planning.horizon import Floats, Trajectory
 from autonomy.planning.learned.guesses import guesses
@@ -31,7 +31,6 @@ from autonomy.planning.mpc.settings import MpcSettings
 from autonomy.planning.mpc.sqp import optimise
 from autonomy.planning.topology import UNGUIDED, TopologySettings
 from autonomy.training.collect import guided_problem
-from benchmarks.crossings.methods import TUNED
 from benchmarks.figures import Figure, figure, percentile
 
 NAME = "guess"

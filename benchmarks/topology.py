@@ -11,11 +11,10 @@ from time import thread_time_ns
 
 from autonomy.compile import WARM_UPS
 from autonomy.planning.crossings.drive import Asked, Seen, drive
-from autonomy.planning.crossings.driver import CAR, topology_driver
+from autonomy.planning.crossings.driver import CAR, TUNED, topology_driver
 from autonomy.planning.crossings.scenario import World, find_crossing, read_crossing, world_of
 from autonomy.planning.mpc.settings import MpcSettings
 from autonomy.planning.topology import TopologySettings
-from benchmarks.crossings.methods import TUNED
 from benchmarks.figures import Figure, figure, percentile
 
 NAME = "topology"

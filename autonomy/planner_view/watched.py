@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from autonomy.planning.crossings.drive import Asked, Moment, Seen, Verdict, drive
-from autonomy.planning.crossings.driver import CAR, Looked, topology_driver
+from autonomy.planning.crossings.driver import CAR, TUNED, Looked, topology_driver
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import Floats
 from autonomy.planning.topology import Decision, TopologySettings
 
 APART_M = 0.5  # trajectories that are never farther apart are one to the eye
 METHODS = {  # of Table I those that plan among people
-    "t-mpc++": TopologySettings(),
-    "guided": TopologySettings(unguided=False),
-    "lmpcc": TopologySettings(guided=False),
+    "t-mpc++": TopologySettings(local=TUNED),
+    "guided": TopologySettings(unguided=False, local=TUNED),
+    "lmpcc": TopologySettings(guided=False, local=TUNED),
 }
 
 

@@ -9,7 +9,7 @@ round people nobody can align his own.
 
 Beyond the 4 s that tracks are predicted for, people go on as they went, to the horizon's end, along the street if they follow it
 (`along_street.py`): whoever is not predicted there would be free room. Their deviation grows as in the published planner,
-0.3 m dt sqrt(k) a stage: at 10 Hz a plan need not reckon with what somebody might decide in seven seconds, or it would never go.
+0.3 m/s dt sqrt(k): at 10 Hz a plan need not reckon with what somebody might decide in seven seconds, or it would never go.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -33,7 +33,7 @@ from autonomy.planning.topology import Around
 from wire.road import Road
 
 BEHIND_M, BEYOND_M = 10.0, 60.0  # of the road: neither the car's rear nor the horizon leaves the path
-SPREAD_M = 0.3  # source: see above
+SPREAD_M_S = 0.3  # source: see above
 NEAR_LANE_M = 1.0  # who comes no nearer to the lane within the horizon is left out
 BACK_M, SPARE_M = 15.0, 0.05  # a car beside its lane is back in it after so much; and has so much more room than it needs
 OUT_M = 0.25  # no farther beside it
@@ -167,7 +167,7 @@ def predictions_of(tracks: Sequence[Track], now_ns: int) -> Predictions:
     times = ages[None] + stages[:, None] * STEP_S  # (K, n)
     velocities = _pairs((track.velocity_x_m_s, track.velocity_y_m_s) for track in tracks) * moving[:, None]
     places = _pairs((track.x_m, track.y_m) for track in tracks)
-    variances = np.array([track.position_variance for track in tracks]) + (SPREAD_M * STEP_S) ** 2 * stages[:, None] * moving
+    variances = np.array([track.position_variance for track in tracks]) + (SPREAD_M_S * STEP_S) ** 2 * stages[:, None] * moving
     return Predictions(
         numbers=tuple(track.number for track in tracks),
         positions_m=places + times[..., None] * velocities,

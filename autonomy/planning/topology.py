@@ -37,7 +37,7 @@ SLOWEST_M_S, FASTEST_M_S = 0.5, 14.0  # that guidances are sought for
 class TopologySettings(Message):
     guidance: GuidanceSettings = GuidanceSettings()
     local: MpcSettings = MpcSettings()
-    guided: bool = True  # with unguided: T-MPC++; alone: T-MPC without its fallback
+    guided: bool = True  # with unguided: T-MPC++; alone: T-MPC, which brakes where guidance finds no way
     unguided: bool = True  # alone: LMPCC
     consistency: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.75  # the class taken last counts so much; source: T-MPC
     learned_guess: bool = True  # in a class that has no trajectory yet; off: from the guidance's own places
@@ -100,7 +100,7 @@ def plan(
     ways = () if guidances.left_out else guidances.ways  # they do not know of everybody
     starts = _starts(ways, state, around, shape, settings, elapsed_s)
     candidates = [_guided(way, start, around, shape, settings) for way, start in zip(ways, starts, strict=True)]
-    if settings.unguided or not ways:
+    if settings.unguided:
         candidates.append(_unguided(state, around, shape, settings, elapsed_s))
     chosen = _best(candidates, state.taken, settings) or _braking(state.taken, around.car, shape, settings, elapsed_s)
     after = TopologyState(
@@ -166,7 +166,7 @@ def _braking(taken: Candidate | None, car: CarState, shape: CarShape, settings: 
     """Along the last trajectory's steering, to a standstill as hard as it takes; the next cycle starts from it."""
     rates = later(taken.trajectory, elapsed_s).inputs[:, 1] if taken is not None else np.zeros(STEPS)
     states, inputs, unused = np.zeros((STEPS + 1, 6)), np.zeros((STEPS, 2)), np.zeros((3, 5))
-    states[0] = np.nan_to_num(state_of(car))
+    states[0] = np.nan_to_num(state_of(car), posinf=0.0, neginf=0.0)
     for k in range(STEPS):
         speed, angle = states[k, SPEED], states[k, ANGLE]
         slower = speed - np.clip(speed, -settings.braking_m_s2 * STEP_S, settings.braking_m_s2 * STEP_S)

@@ -10,10 +10,9 @@ from autonomy.control.steering import SteeringSettings, wanted_angle_rad
 from autonomy.perception.tracking import Track
 from autonomy.planning.braking_planner import Plan, PlanningSettings, Situation, plan
 from autonomy.planning.crossings.drive import THING_0, Asked, Planner, Seen
-from autonomy.planning.crossings.driver import BEYOND_M, CAR, topology_driver
+from autonomy.planning.crossings.driver import BEYOND_M, CAR, TUNED, topology_driver
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S
-from autonomy.planning.mpc.settings import MpcSettings, Weights
 from autonomy.planning.route import own_lane
 from autonomy.planning.speed_limits import ceiling
 from autonomy.planning.topology import TopologySettings
@@ -118,15 +117,14 @@ def tracks_of(seen: Seen) -> tuple[Track, ...]:
 
 # Each the best of its nine (`python -m benchmarks.crossings.tuning`, commit 4674696, 30 seeds of tuning_5): 25.5 s with the braking
 # planner (26.4 with the demo's own settings), 23.4, 23.2, 23.2 s with the others (24.5 with the published weights). One of the 36
-# timed out once, none collided.
-TUNED = MpcSettings(weights=Weights(acceleration=4.0, speed=4.0))
-BRISK_M_S2 = 3.0
+# timed out once, none collided. TUNED is the others'.
+BRISK_M_S2, GAP_M = 3.0, 1.2
 TUNING = """weights of acceleration and speed 4 and 4 for all that plan
 trajectories; the braking planner 3 m/s2 and 1.2 m to a person. Each of these lies at the edge of what was tried (acceleration
 4, 8, 13; speed 1, 2, 4; 1.2, 2, 3 m/s2; 1.2, 1.8, 2.5 m): beyond it there may be better ones, for every method alike"""
 METHODS: dict[str, Method] = {
     "braking planner": braking(
-        PlanningSettings(acceleration_m_s2=BRISK_M_S2, comfort_m_s2=BRISK_M_S2, person_gap_m=1.2),
+        PlanningSettings(acceleration_m_s2=BRISK_M_S2, comfort_m_s2=BRISK_M_S2, person_gap_m=GAP_M),
         SpeedSettings(start_m_s2=BRISK_M_S2),
     ),
     "LMPCC": topology(TopologySettings(guided=False, local=TUNED)),

@@ -7,10 +7,11 @@ from pathlib import Path
 from msgspec import DecodeError
 from msgspec.json import Decoder, encode
 
-import autonomy.control
+import autonomy
+import wire.road
 from autonomy.planning.crossings.drive import Verdict, drive
 from autonomy.planning.crossings.driver import CAR
-from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
+from autonomy.planning.crossings.scenario import files_of, find_crossing, read_crossing, world_of
 from autonomy.planning.kernels import fingerprint
 from autonomy.planning.learned.weights import SHIPPED
 from benchmarks.crossings.methods import Method
@@ -53,9 +54,12 @@ class Runs:
 
 
 def sources_of(crossing: str) -> str:
-    """Whatever a verdict depends on: planners, what they learned, control, the methods' settings, the crossing's file."""
-    told = sha256((fingerprint() + fingerprint(Path(autonomy.control.__file__).parent)).encode())
-    for file in (Path(__file__).with_name("methods.py"), find_crossing(crossing), SHIPPED):
+    """Whatever a verdict depends on: the planners and all that they import of ours, what they learned, the crossing's files."""
+    here, road = Path(autonomy.__file__).parent, Path(wire.road.__file__)
+    told = sha256((fingerprint(here / "planning", here / "perception")).encode())
+    control = (here / "control" / name for name in ("speed.py", "steering.py"))
+    ours = (SHIPPED, here / "car_shape.py", *control, road, Path(__file__).with_name("methods.py"))
+    for file in (*files_of(find_crossing(crossing)), *ours):
         told.update(file.read_bytes())
     return told.hexdigest()[:16]
 

@@ -95,7 +95,7 @@ def test_people_have_their_predictions_and_things_stand(cycle: Cycle, shown: Vie
         assert person.means_m == pytest.approx(cycle.seen.predictions.positions_m[:, k])
         if person.stands:
             assert len(person.two_sigma_m) == 0
-        for second, ring in enumerate(person.two_sigma_m, 1):  # drive.py: the deviation is 0.3 m dt times the root of the stages
+        for second, ring in enumerate(person.two_sigma_m, 1):  # drive.py: the deviation is 0.3 m/s dt times the root of the stages
             away = np.linalg.norm(ring - person.means_m[5 * second], axis=1)
             assert away == pytest.approx(2 * 0.3 * STEP_S * np.sqrt(5 * second))
 

@@ -107,6 +107,9 @@ BAD = {
     "a start that is no number": around(HEAP, replace(START, x_m=np.nan)),
     "somebody on top of the car": around(people((6.0, 0.0))),
     "a start far outside the road": around(HEAP, replace(START, y_m=40.0)),
+    "wheels that are turned infinitely far": around(HEAP, replace(START, road_wheel_angle_rad=np.inf)),
+    "an empty path": replace(around(HEAP), path=replace(PATH, **{name: getattr(PATH, name)[:0] for name in PATH.__slots__})),
+    "a path that is no number": replace(around(HEAP), path=replace(PATH, x_coefficients=np.full((1, 4), np.nan))),
     "a wall of people that starts under the bumper": around(people(*[(9.0, y) for _, y in WALL])),
 }
 
@@ -119,6 +122,31 @@ def test_what_cannot_be_planned_for_is_braked_for_and_never_an_exception(name: s
     assert np.isfinite(states).all() and np.isfinite(inputs).all()
     assert states[-1, 3] == 0.0
     assert inputs[0, 0] == pytest.approx(-TopologySettings().braking_m_s2)
+
+
+def test_a_path_that_crosses_itself_is_followed_along_its_own_stations() -> None:
+    """40 m ahead, three quarters round to the left, and down across where it came from, 28 m from its begin."""
+    angles = np.linspace(0.0, 1.5 * np.pi, 31)
+    turn = np.stack((40.0 + 12.0 * np.sin(angles), 12.0 - 12.0 * np.cos(angles)), axis=1)
+    points = np.concatenate(([[0.0, 0.0], [20.0, 0.0]], turn, [[28.0, -30.0]]))
+    headings = np.concatenate(([0.0, 0.0], angles, [1.5 * np.pi]))
+    room = np.full(len(points), 3.0)
+    loop = through(points, headings, room, room)
+    first = replace(START, x_m=20.0, station_m=20.0)
+    second = replace(START, x_m=28.0, y_m=8.0, heading_rad=-np.pi / 2, station_m=loop.last_m - 38.0)
+    for car, axis in ((first, 1), (second, 0)):
+        _, decision = plan(TopologyState(), replace(around(people(), car), path=loop), CAR, TopologySettings())
+        assert decision.chosen.feasible
+        states = decision.chosen.trajectory.states
+        assert np.abs(states[:, axis] - states[0, axis]).max() < 0.1  # straight on across the other pass
+        assert np.hypot(*(states[-1, :2] - states[0, :2])) > 10.0
+
+
+def test_guided_planners_alone_brake_where_guidance_finds_no_way() -> None:
+    beside = around(people((15.0, 0.3)), replace(START, y_m=11.0))
+    guided = plan(TopologyState(), beside, CAR, TopologySettings(unguided=False))[1]
+    assert not guided.guidances.ways and guided.candidates == () and guided.braking
+    assert [each.identity for each in plan(TopologyState(), beside, CAR, TopologySettings())[1].candidates] == [UNGUIDED]
 
 
 def test_after_braking_it_plans_again_when_the_way_is_free() -> None:

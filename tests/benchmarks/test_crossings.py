@@ -8,12 +8,12 @@ import pytest
 from msgspec.structs import replace
 
 from autonomy.planning.crossings.drive import Asked, Verdict, drive
-from autonomy.planning.crossings.driver import CAR
+from autonomy.planning.crossings.driver import CAR, TUNED
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
 from autonomy.training.collect import CROSSINGS
-from benchmarks.crossings.methods import METHODS, street_as_lane
+from benchmarks.crossings.methods import BRISK_M_S2, GAP_M, METHODS, street_as_lane
 from benchmarks.crossings.runs import Run, Runs
-from benchmarks.crossings.table import RESULT, SEEDS, difference, head, interval, main, reported, told, written_to
+from benchmarks.crossings.table import RESULT, SEEDS, difference, flipped, head, interval, main, reported, told, written_to
 from benchmarks.crossings.tuning import candidates
 from wire.configuration import shipped
 
@@ -35,13 +35,30 @@ def test_the_interval_of_a_mean_is_what_the_normal_distribution_says() -> None:
 def test_pairs_of_which_one_collided_have_no_difference_of_durations() -> None:
     ours = [run(seed, 20.0 + seed % 2) for seed in range(10)] + [run(10, 3.0, collided=True)]
     theirs = [run(seed, 21.0 + seed % 2) for seed in range(10)] + [run(10, 40.0)]
-    assert difference(ours, theirs) == "-1.00 s [-1.00, -1.00], shorter; another duration in 10 of 10 seeds"
+    assert difference(ours, theirs) == "-1.00 s [-1.00, -1.00], p 0.0020, shorter; another duration in 10 of 10 seeds"
     assert "no difference" in difference(ours[:10], ours[:10])
+
+
+def test_a_few_pairs_among_equal_ones_are_no_sure_difference() -> None:
+    """Four of one sign among a hundred: the bootstrap's interval leaves out 0, but one in eight such quartets has one sign."""
+    values = np.zeros(100)
+    values[:4] = -0.2
+    assert interval(values)[1] < 0.0 and flipped(values) == 0.125
+    ours, theirs = [run(k, 20.0 + values[k]) for k in range(100)], [run(k, 20.0) for k in range(100)]
+    assert "p 0.1250, no difference that is sure; another duration in 4 of 100 seeds" in difference(ours, theirs)
+
+
+def test_the_sign_flip_test_calls_as_many_sure_as_it_should() -> None:
+    random = np.random.default_rng(2)
+    for zeros in (0, 88):
+        values = [np.append(random.normal(0.0, 1.0, 100 - zeros), np.zeros(zeros)) for _ in range(300)]
+        assert 0.02 < np.mean([flipped(each) < 0.05 for each in values]) < 0.09
+    assert flipped(np.zeros(5)) == 1.0 and flipped(random.normal(1.0, 1.0, 100)) < 0.001
 
 
 def test_a_row_counts_collisions_and_time_outs_and_gives_durations_of_the_others() -> None:
     assert told([run(0, 20.0), run(1, 22.0), run(2, 5.0, collided=True), run(3, 40.0, timed_out=True)]) == (
-        "27.3 (11.0) | 1 | 1 | 1.50 | 0.70 | 1.0"
+        "27.3 (11.0) | 1 | 1 | 1.50 | 0.70 | 0.000 | 1.0"
     )
 
 
@@ -82,14 +99,14 @@ def test_only_every_crossing_with_all_seeds_is_the_whole_table() -> None:
 
 
 def test_the_table_says_that_the_tuned_values_lie_at_the_edge_of_what_was_tried() -> None:
-    tried = {name: list(settings) for name, settings in candidates().items()}
-    for name, settings in tried.items():
-        best = "acceleration 3.0, gap 1.2" if name == "braking planner" else "acceleration 4.0, speed 4.0"
+    tuned = TUNED.weights
+    for name, settings in candidates().items():
+        mine = (BRISK_M_S2, GAP_M) if name == "braking planner" else (tuned.acceleration, tuned.speed)
+        best = f"acceleration {mine[0]}, {'gap' if name == 'braking planner' else 'speed'} {mine[1]}"
         accelerations, others = ({text.split(", ")[k].split()[1] for text in settings} for k in (0, 1))
-        mine = [each.split()[1] for each in best.split(", ")]
         assert best in settings  # and each of its two values is the least or the most of its column
-        assert float(mine[0]) in (min(map(float, accelerations)), max(map(float, accelerations)))
-        assert float(mine[1]) in (min(map(float, others)), max(map(float, others)))
+        assert mine[0] in (min(map(float, accelerations)), max(map(float, accelerations)))
+        assert mine[1] in (min(map(float, others)), max(map(float, others)))
     assert "the edge of what was tried" in head(100, reported())
 
 

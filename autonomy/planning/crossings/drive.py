@@ -19,9 +19,10 @@ from autonomy.planning.crossings.replayed import PEOPLE_MAX
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import PLAN_PERIOD_S, STEP_S, STEPS, CarState, Floats, Predictions
 
-SPREAD_M = 0.3  # per step and axis: sigma_k = 0.3 dt sqrt(k), as the method's authors
+SPREAD_M_S = 0.3  # each axis: sigma_k = 0.3 m/s dt sqrt(k), as the method's authors
 SEEN_M = 40.0
 LAG_S = 0.1  # of acceleration and steering
+EDGE_M = 0.3  # a corner so far beyond the road's edge is a collision with it
 TRACK_0 = 1000  # numbers of recorded people, then of things: never those of the crossers
 THING_0 = TRACK_0 + PEOPLE_MAX
 
@@ -46,7 +47,7 @@ Planner = Callable[[Seen], Asked]
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
     duration_s: float
-    collided: bool  # with a person, a thing, or the edge of the road
+    collided: bool  # with a person, a thing, or the edge of the road (EDGE_M)
     timed_out: bool
     mean_speed_m_s: float
     closest_m: float | None  # to anybody; None: there was nobody
@@ -81,11 +82,11 @@ def drive(world: World, shape: CarShape, planner: Planner, start_speed_m_s: floa
             _, places, _, radii = everybody(world, people, time_s)
             closest = min(closest, float(gaps_m(places, radii, outline_of(car, shape)).min(initial=np.inf)))
             off_road = max(off_road, _beyond_edge_m(car, shape, world))
-        if closest < 0.0 or off_road > 0.3:
+        if closest < 0.0 or off_road > EDGE_M:
             break
     travelled = max(car.station_m, 0.0)
     reached = car.station_m >= world.crossing.goal_m
-    hit = closest < 0.0 or off_road > 0.3
+    hit = closest < 0.0 or off_road > EDGE_M
     verdict = Verdict(
         duration_s=time_s,
         collided=hit,
@@ -123,7 +124,7 @@ def predictions(world: World, people: People, car: CarState, time_s: float) -> P
     stages = np.arange(STEPS + 1)
     means = places[seen][None] + stages[:, None, None] * STEP_S * velocities[seen][None]
     moves = np.array([numbers[k] < THING_0 for k in seen], float)
-    variance = (SPREAD_M * STEP_S) ** 2 * stages[:, None] * moves[None]
+    variance = (SPREAD_M_S * STEP_S) ** 2 * stages[:, None] * moves[None]
     covariances = variance[:, :, None, None] * np.eye(2)
     return Predictions(
         numbers=tuple(numbers[k] for k in seen), positions_m=means, covariances_m2=covariances, radii_m=radii[seen].astype(float)

@@ -9,11 +9,14 @@ from autonomy.planning.along_street import along_street
 from autonomy.planning.crossings.drive import Asked, Planner, Seen
 from autonomy.planning.crossings.scenario import World
 from autonomy.planning.horizon import CarState
+from autonomy.planning.mpc.settings import MpcSettings, Weights
 from autonomy.planning.reference_path import ReferencePath, lane_path
 from autonomy.planning.topology import Around, Decision, TopologySettings, TopologyState, plan
 
 # reference, motion-planner.md: the Prius of the published planner
 CAR = CarShape(front_m=3.85, rear_m=0.95, half_width_m=1.125, wheelbase_m=2.79, road_wheel_angle_max_rad=0.55, braking_max_m_s2=8.0)
+# Table I's. The best of nine for each method (`python -m benchmarks.crossings.tuning`, commit 4674696, 30 seeds of tuning_5).
+TUNED = MpcSettings(weights=Weights(acceleration=4.0, speed=4.0))
 BEHIND_M, BEYOND_M = 5.0, 30.0  # of the road, so that neither start nor horizon is at the path's end
 
 

@@ -123,10 +123,21 @@ def read_crossing(path: Path) -> tuple[Crossing, Tracks | None]:
     crossing = read_toml(path, Crossing)
     for flaw in _flaws(crossing):
         raise ConfigurationError(f"{path}: {flaw}")
+    tracks = _tracks_file(path, crossing)
+    return crossing, None if tracks is None else read_tracks(tracks, crossing.tracks_hz)
+
+
+def files_of(path: Path) -> list[Path]:
+    """The file of a crossing, and that of its recorded people."""
+    tracks = _tracks_file(path, read_toml(path, Crossing))
+    return [path] if tracks is None else [path, tracks]
+
+
+def _tracks_file(path: Path, crossing: Crossing) -> Path | None:
     if not crossing.tracks:
-        return crossing, None
+        return None
     beside = path.parent / crossing.tracks
-    return crossing, read_tracks(beside if beside.is_file() else Path(crossing.tracks), crossing.tracks_hz)
+    return beside if beside.is_file() else Path(crossing.tracks)
 
 
 def _flaws(crossing: Crossing) -> Iterator[str]:
