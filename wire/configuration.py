@@ -30,16 +30,26 @@ def shipped(*parts: str) -> Path:
     return Path(places[0]).joinpath(*parts)
 
 
+def is_file(path: Path) -> bool:
+    """False as well for a name that no file system takes, and where nobody may look."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def read_tables(path: Path) -> dict[str, Any]:
     """The tables of a TOML file as they stand, unchecked. Raises ConfigurationError when it is not there or not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise ConfigurationError(f"{path}: no such file; name one with --config FILE") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigurationError(f"{path}: cannot be read: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(f"{path}: not valid TOML: {error}") from None
+    except (ValueError, RecursionError) as error:  # numbers of thousands of digits, thousands of brackets
+        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
 
 
 def _convert(path: Path, where: str, data: object, type_: type[T]) -> T:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from autonomy.compile import is_new, warm_up
-from autonomy.outputs import check_output
+from autonomy.outputs import check_output, writing
 from autonomy.planner_view.colours import Given, give
 from autonomy.planner_view.film import write_film
 from autonomy.planner_view.layers import Street, View, street_of, view
@@ -21,7 +21,9 @@ from autonomy.planner_view.sheet import Pixels
 from autonomy.planner_view.watched import APART_M, METHODS, Cycle, Watched, cycle_at, different, most_telling, watch
 from autonomy.planning.crossings.driver import CAR
 from autonomy.planning.crossings.scenario import find_crossing, read_crossing, world_of
+from autonomy.planning.guidance.state import Lack
 from autonomy.planning.horizon import PLAN_PERIOD_S
+from autonomy.planning.topology import Decision
 from wire.configuration import ConfigurationError
 
 
@@ -105,27 +107,33 @@ def verdict_lines(watched: Watched) -> list[str]:
 
 
 def _refusals(cycles: tuple[Cycle, ...]) -> str:
-    """What the local planner refused to be asked, and in how many cycles; nothing when it only found no way."""
-    refused = Counter(why for cycle in cycles for why in {each.trajectory.refused for each in cycle.decision.candidates} if why)
+    """What the planners refused to be asked, and in how many cycles; nothing when they only found no way."""
+    refused = Counter(why for cycle in cycles for why in _refused(cycle.decision) if why)
     return "".join(f"; {why} in {count}" for why, count in refused.most_common())
+
+
+def _refused(decision: Decision) -> set[str]:
+    local = {each.trajectory.refused for each in decision.candidates}
+    lack = decision.guidances.lack
+    return local if local or lack in (None, Lack.NO_WAY) else {f"guidance: {lack.value}"}
 
 
 def written(wanted: Wanted, shown: Shown) -> Iterator[str]:
     """What was written where, as it is done. Raises ConfigurationError when a disk refuses."""
     cycles = shown.watched.cycles
-    try:
-        if wanted.plot is not None:
-            number = most_telling(cycles) if wanted.at_s is None else _named_moment(cycles, wanted.at_s)
+    if wanted.plot is not None:
+        number = most_telling(cycles) if wanted.at_s is None else _named_moment(cycles, wanted.at_s)
+        with writing("--plot", wanted.plot):
             _write_picture(wanted.plot, shown.picture(number))
-            yield f"picture         {wanted.plot}, at {cycles[number].seen.time_s:.1f} s"
-        if wanted.animate is not None:
+        yield f"picture         {wanted.plot}, at {cycles[number].seen.time_s:.1f} s"
+    if wanted.animate is not None:
+        with writing("--animate", wanted.animate):
             write_film(wanted.animate, (shown.picture(number) for number in range(len(cycles))))
-            yield f"film            {wanted.animate}"
-        if wanted.record is not None:
+        yield f"film            {wanted.animate}"
+    if wanted.record is not None:
+        with writing("--record", wanted.record):
             write_recording(wanted.record, ((cycle, shown.view(n)) for n, cycle in enumerate(cycles)), {"drive": shown.title})
-            yield f"recording       {wanted.record}: open it in Foxglove, its 3D panel shows planner_scene"
-    except OSError as error:
-        raise ConfigurationError(f"{error.filename or 'output'}: cannot be written: {error.strerror or error}") from None
+        yield f"recording       {wanted.record}: open it in Foxglove, its 3D panel shows planner_scene"
 
 
 def _named_moment(cycles: tuple[Cycle, ...], at_s: float) -> int:

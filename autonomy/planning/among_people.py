@@ -189,9 +189,9 @@ def _relevant(made: Plan, situation: Situation) -> Iterator[OnRoad]:
         if track.static and track.number in made.waited_for:
             continue  # there is a stop for them
         thing = on_road(track, road, situation.station_m)
-        later = 0.0 if track.static else HORIZON_S
-        low, high = sorted((thing.offset_m, thing.offset_m + later * thing.offset_rate_m_s))
-        first, last = sorted((thing.station_m, thing.station_m + later * thing.station_rate_m_s))
+        ahead_s = 0.0 if track.static else HORIZON_S
+        low, high = sorted((thing.offset_m, thing.offset_m + ahead_s * thing.offset_rate_m_s))
+        first, last = sorted((thing.station_m, thing.station_m + ahead_s * thing.station_rate_m_s))
         aside = track.radius_m + NEAR_LANE_M
         near = high > lane.low_m - aside and low < lane.high_m + aside
         if near and last > rear and first < min(reach, closed):

@@ -7,6 +7,7 @@ brakes along what it was doing, and says so. It does not watch the time: every p
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Annotated
 
 import numpy as np
@@ -174,5 +175,7 @@ def _braking(taken: Candidate | None, car: CarState, shape: CarShape, settings: 
         turned = np.clip(angle + rates[k] * STEP_S, -bound, bound) - angle if speed != 0.0 else 0.0
         inputs[k] = (slower - speed) / STEP_S, turned / STEP_S
         step(states[k], inputs[k, 0], inputs[k, 1], shape.wheelbase_m, states[k + 1], unused)
+    if not isfinite(car.speed_m_s):
+        inputs[:, 0] = -settings.braking_m_s2
     braked = Trajectory(states=states, inputs=inputs, cost=np.inf, feasible=False, violation=np.inf)
     return Candidate(identity=BRAKING, trajectory=braked)

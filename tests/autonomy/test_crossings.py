@@ -218,6 +218,7 @@ def test_recorded_people_walk_as_they_walked(tmp_path: Path) -> None:
         ("frame,id,x_m,y_m\n1,2,3\n", "line 2"),
         ("frame,id,x_m,y_m\n1,2,3,4\n\n2,1.5,3,4\n", "line 4: .* a whole one"),
         ("frame,id,x_m,y_m\n1,1e400,3,4\n", "line 2"),
+        ("frame,id,x_m,y_m\n1,2,3,4\n2,2,-1e7,4\n", "line 3: .* within 1e[+]06 m"),
         ("frame,id,x_m,y_m\n1,2,3,4\n1,2,3,5\n", "line 3: id 2 is in two places in frame 1"),
         ("frame,id,x_m,y_m\n", "0 people"),
         ("frame,id,x_m,y_m\n1,2,3,4\n2,3,3,4\n", "0 people in two frames"),
@@ -259,6 +260,12 @@ PLAIN = 'name="a"\npieces_m=[[50.0,0.0]]\nhalf_width_m=3.0\ngoal_m=40.0\n'
         (PLAIN + "[crossers]\ncount=3\noutside_m=[6.0,1.0]\n", "crossers.outside_m: from 6 to 1"),
         (PLAIN + "[crossers]\ncount=3\nspeed_m_s=[2.0,1.0]\n", "crossers.speed_m_s: from 2 to 1"),
         (PLAIN + "[crossers]\ncount=3\nmeets_s=1.0\nbeyond_walls_m=[0.5,1.0]\n", "add them: meets_s = 1.0, "),
+        (PLAIN + "[[occluders]]\nstation_m=9.0\noffset_m=0.0\nlength_m=5.0\n", "stands on the road; name 3 m and more to either"),
+        (PLAIN.replace("40.0", "0.0"), "goal_m = 0 is no place of the road; name one from 0 to 50 m"),
+        (PLAIN + f'tracks="{"a" * 300}"\n', "name a CSV with the columns frame, id"),
+        (PLAIN + 'tracks="a\\u0000b"\n', "name a CSV with the columns frame, id"),
+        (PLAIN + f"first_seed=1{'0' * 5000}\n", "cannot be read"),
+        (PLAIN + f"things={'[' * 3000}\n", "cannot be read"),
         (PLAIN.replace("40.0", "135.0").replace("[50.0,0.0]", "[140.0,0.05]"), "the street lies on itself at 0 and 12"),
         (PLAIN.replace("[50.0,0.0]", "[70.0,-0.05],[70.0,-0.05]").replace("40.0", "130.0"), "the street lies on itself"),
     ],
@@ -266,6 +273,24 @@ PLAIN = 'name="a"\npieces_m=[[50.0,0.0]]\nhalf_width_m=3.0\ngoal_m=40.0\n'
 def test_a_crossing_that_nobody_could_walk_or_drive_is_told_with_the_fix(tmp_path: Path, text: str, told: str) -> None:
     with pytest.raises(ConfigurationError, match=re.escape(told)):
         read_crossing(write(tmp_path / "a.toml", text))
+
+
+def test_a_name_that_no_file_system_takes_is_no_crossing() -> None:
+    with pytest.raises(ConfigurationError, match="shipped crossings: crossers_0"):
+        find_crossing("a" * 300)
+
+
+def test_a_byte_order_mark_is_no_part_of_a_crossing(tmp_path: Path) -> None:
+    assert read_crossing(write(tmp_path / "a.toml", "\ufeff" + PLAIN))[0].name == "a"
+
+
+def test_people_at_one_place_part_and_stay_where_they_can_be_seen(tmp_path: Path) -> None:
+    text = PLAIN + "[crossers]\ncount=4\nfrom_m=10.0\nto_m=10.0\noutside_m=[1.0,1.0]\nslant_rad=0.0\nspeed_m_s=[1.2,1.2]\n"
+    world = world_of(read_crossing(write(tmp_path / "a.toml", text))[0], 0)
+    assert len(np.unique(world.positions_m.round(9), axis=0)) < 4  # some do stand at one place
+    places = walked(world, seconds=3.0)[-1]
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2) + np.diag(np.full(4, np.inf))
+    assert np.isfinite(places).all() and apart.min() > 0.3
 
 
 def test_a_street_may_cross_itself_and_turn_back(tmp_path: Path) -> None:

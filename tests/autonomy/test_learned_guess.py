@@ -153,6 +153,17 @@ def test_weights_that_are_missing_broken_or_no_numbers_are_none(tmp_path: Path) 
     assert read(file) is None
     file.write_bytes(b"PK\x03\x04 of an archive that ends here")
     assert read(file) is None
+    np.save(file.with_suffix(".npy"), np.zeros(3))
+    assert read(file.with_suffix(".npy")) is None
+
+
+def test_weights_with_any_bit_flipped_are_read_or_are_none(tmp_path: Path) -> None:
+    file, shipped = tmp_path / "weights.npz", SHIPPED.read_bytes()
+    directory = range(len(shipped) - 600, len(shipped), 7)
+    for at in (*range(300), *directory):
+        file.write_bytes(shipped[:at] + bytes([shipped[at] ^ 1 << at % 8]) + shipped[at + 1 :])
+        weights = read(file)
+        assert weights is None or np.isfinite(weights.into).all()
 
 
 def test_the_weights_that_are_shipped_are_small_and_say_how_they_were_made() -> None:

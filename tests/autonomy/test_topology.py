@@ -108,6 +108,8 @@ BAD = {
     "somebody on top of the car": around(people((6.0, 0.0))),
     "a start far outside the road": around(HEAP, replace(START, y_m=40.0)),
     "wheels that are turned infinitely far": around(HEAP, replace(START, road_wheel_angle_rad=np.inf)),
+    "a speed that is no number": around(HEAP, replace(START, speed_m_s=np.nan)),
+    "an infinite speed": around(HEAP, replace(START, speed_m_s=np.inf)),
     "an empty path": replace(around(HEAP), path=replace(PATH, **{name: getattr(PATH, name)[:0] for name in PATH.__slots__})),
     "a path that is no number": replace(around(HEAP), path=replace(PATH, x_coefficients=np.full((1, 4), np.nan))),
     "a wall of people that starts under the bumper": around(people(*[(9.0, y) for _, y in WALL])),

@@ -20,6 +20,7 @@ UNSEEN = 0.5  # what is behind counts half
 SIGHT_COS = float(np.cos(np.radians(100.0)))
 HURRY = 1.3
 ARRIVED_M = 0.5
+TOGETHER_M = 1e-9
 
 
 class Outline(NamedTuple):
@@ -80,9 +81,11 @@ def _goals_m(places: Floats, world: World) -> Floats:
 
 def _from_each_other(places: Floats, velocities: Floats, world: World) -> Floats:
     apart = places[:, None] - places[None]  # (n, n, 2) from the other to oneself
+    first = np.sign(np.subtract.outer(np.arange(len(places)), np.arange(len(places))))  # who stand at one place part along x
+    apart[..., 0] += np.where(np.abs(apart).max(axis=2) < TOGETHER_M, TOGETHER_M * first, 0.0)
     distance = np.linalg.norm(apart, axis=2)
     np.fill_diagonal(distance, np.inf)
-    unit = apart / distance[..., None]
+    unit = apart / np.maximum(distance, TOGETHER_M)[..., None]
     push = PUSH_M_S2 * np.exp((world.radii_m[:, None] + world.radii_m[None] - distance) / PUSH_RANGE_M)
     speed = np.linalg.norm(velocities, axis=1)
     ahead = -(unit * velocities[:, None]).sum(axis=2) >= speed[:, None] * SIGHT_COS  # the other lies in sight

@@ -17,6 +17,7 @@ from wire.configuration import ConfigurationError
 
 COLUMNS = ("frame", "id", "x_m", "y_m")
 PEOPLE_MAX = 9000  # drive.py numbers them before things
+FARTHEST_M = 1e6  # from the origin
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,7 @@ def read_tracks(path: Path, frames_hz: float) -> Tracks:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             first, *lines = list(csv.reader(file)) or [[]]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise ConfigurationError(f"{path}: cannot be read: {error}; name a CSV with the columns {', '.join(COLUMNS)}") from None
     seen: dict[int, dict[float, Place]] = {}
     for line, (frame, number, place) in _rows(path, [name.strip() for name in first], lines):
@@ -82,8 +83,9 @@ def _row(path: Path, line: int, values: list[str]) -> tuple[float, int, Place]:
         number = _whole(values[1])
     except ValueError:
         frame, number, x, y = float("nan"), 0, 0.0, 0.0
-    if not all(map(isfinite, (frame, x, y))):
-        raise ConfigurationError(f"{path}: line {line}: {', '.join(COLUMNS)} must be numbers, id a whole one")
+    if not (isfinite(frame) and abs(x) <= FARTHEST_M and abs(y) <= FARTHEST_M):
+        columns = ", ".join(COLUMNS)
+        raise ConfigurationError(f"{path}: line {line}: {columns} must be numbers, id a whole one, places within {FARTHEST_M:g} m")
     return frame, number, (x, y)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from autonomy.planning.crossings.replayed import Tracks, read_tracks
 from autonomy.planning.crossings.street import laps
 from autonomy.planning.horizon import Floats
-from wire.configuration import ConfigurationError, read_toml, shipped
+from wire.configuration import ConfigurationError, is_file, read_toml, shipped
 from wire.messages.automation import RoadMap, RoadSegment
 from wire.messages.base import Count, Message, Name
 from wire.road import Road
@@ -74,7 +74,7 @@ class Crossing(Message):
     pieces_m: Annotated[tuple[tuple[Piece, Curvature], ...], Meta(max_length=100)]  # of the road, one after the other
     half_width_m: Annotated[float, Meta(ge=2.0, le=6.0)]  # from the line to either edge
     goal_m: Metres
-    speed_m_s: Annotated[float, Meta(gt=0.1, le=15.0)] = 2.0  # wanted
+    speed_m_s: Annotated[float, Meta(gt=0.1, le=8.3)] = 2.0  # wanted; the local planner's fastest is the most
     time_limit_s: Annotated[float, Meta(gt=1.0, le=600.0)] = 40.0
     crossers: Crossers = Crossers(count=0)
     riders: tuple[Rider, ...] = ()
@@ -111,7 +111,7 @@ RIDE_AHEAD_M = 1.0  # at least
 def find_crossing(name: str) -> Path:
     """A path, or a name in config/crossings. Raises ConfigurationError that lists what there is."""
     for place in (Path(name), shipped("crossings", name), shipped("crossings", f"{name}.toml")):
-        if place.is_file():
+        if is_file(place):
             return place.resolve()
     folder = shipped("crossings")
     known = ", ".join(sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.toml")))
@@ -137,7 +137,7 @@ def _tracks_file(path: Path, crossing: Crossing) -> Path | None:
     if not crossing.tracks:
         return None
     beside = path.parent / crossing.tracks
-    return beside if beside.is_file() else Path(crossing.tracks)
+    return beside if is_file(beside) else Path(crossing.tracks)
 
 
 def _flaws(crossing: Crossing) -> Iterator[str]:
@@ -156,8 +156,12 @@ def _flaws(crossing: Crossing) -> Iterator[str]:
         yield "crossers.beyond_walls_m: wants crossers.meets_s and a wall; add them: meets_s = 1.0, [[occluders]]"
     length = sum(piece for piece, _ in crossing.pieces_m)
     if not 0.0 < crossing.goal_m <= length:
-        yield f"goal_m = {crossing.goal_m:g} lies beyond the road, which is {length:g} m long"
+        yield f"goal_m = {crossing.goal_m:g} is no place of the road; name one from 0 to {length:g} m, its length"
         return
+    half = crossing.half_width_m
+    for wall in crossing.occluders:
+        if abs(wall.offset_m) < half:
+            yield f"occluders.offset_m = {wall.offset_m:g} stands on the road; name {half:g} m and more to either side"
     lap = laps(Road(_map_of(crossing)), crossing.half_width_m, min(length, crossing.goal_m + LOOKED_ON_M))
     if lap is not None:
         yield f"pieces_m: the street lies on itself at {lap[0]:g} and {lap[1]:g} m; let it turn by less than a full turn"

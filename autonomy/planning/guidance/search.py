@@ -65,7 +65,10 @@ def search(graph: Graph, crowd: Crowd, ways: Ways) -> int:
 
 @kernel
 def _keep(graph: Graph, crowd: Crowd, ways: Ways, found: int, stack: Ints, length: int, windings: Floats, effort: float) -> int:
-    """Puts a way where its class is, if it is better than the one there, or behind the others; returns how many there are then."""
+    """Puts a way where its class is, if it is better than the one there, or behind the others; returns how many there are then.
+
+    Once there are CLASSES of them nothing is put anywhere any more: no row is left to note another way's sides in.
+    """
     if found == CLASSES:
         return found
     goal = graph.links[stack[length - 1], 1]
