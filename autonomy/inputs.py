@@ -1,6 +1,6 @@
 """What one cycle of the stack is given: the newest message of every topic it reads. Pure."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from autonomy.settings import InputAges
 from wire.messages.sensing import Gnss, Imu, ObjectList, WheelSpeeds
@@ -8,6 +8,7 @@ from wire.messages.vehicle import GatewayStatus, Mode
 
 # In these modes the gateway takes its commands from the automation ("who drives", ARCHITECTURE.md).
 OWN_MODES = frozenset({Mode.AUTONOMOUS, Mode.TAKEOVER_REQUESTED})
+FUTURE_NS = 50_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,6 +20,16 @@ class Inputs:
     wheels: WheelSpeeds | None = None
     objects: ObjectList | None = None
     gateway: GatewayStatus | None = None
+
+
+def believable(inputs: Inputs, before: Inputs, now_ns: int) -> Inputs:
+    """Without what is stamped ahead of now, which a clock's fault makes: there the message of before stands, and grows old."""
+    ahead = {
+        name: getattr(before, name)
+        for name in ("imu", "gnss", "wheels", "objects")
+        if (message := getattr(inputs, name)) is not None and message.stamp_ns > now_ns + FUTURE_NS
+    }
+    return replace(inputs, **ahead) if ahead else inputs
 
 
 def drives(gateway: GatewayStatus | None, drove: bool) -> bool:
@@ -41,7 +52,7 @@ def stale_input(inputs: Inputs, now_ns: int, ages: InputAges) -> str:
     )
     for message, name, limit_ms in rows:
         if message is None:
-            return f"no {name} yet"
+            return f"no {name} yet (or only with stamps of the future)"
         age_ms = (now_ns - message.stamp_ns) / 1e6
         if age_ms > limit_ms:
             return f"the newest {name} is {age_ms / 1000:.1f} s old"

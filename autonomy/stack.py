@@ -14,7 +14,7 @@ from autonomy.control.following import follow
 from autonomy.control.mpcc.state import TrackerState
 from autonomy.control.speed import preview_m, wanted_acceleration
 from autonomy.control.steering import rate_max_rad_s, toward, turning_speed_m_s, wanted_angle_rad
-from autonomy.inputs import Inputs, drives, stale_input
+from autonomy.inputs import Inputs, believable, drives, stale_input
 from autonomy.localization.ekf import Estimate, on_gnss, on_imu, on_wheels, pose_at, start
 from autonomy.perception.tracking import TrackList, in_map_frame, update
 from autonomy.plan_step import NOTHING, planned
@@ -50,8 +50,11 @@ class Outputs:
 
 
 def step(state: StackState, inputs: Inputs, now_ns: int, setup: Setup) -> tuple[StackState, Outputs]:
-    """One cycle. now_ns: the one reading of the clock."""
+    """One cycle. now_ns: the one reading of the clock; one that goes backwards begins anew, with the wheels where they are."""
+    if now_ns < state.now_ns:
+        state = StackState(sequence=state.sequence, angle_rad=state.angle_rad)
     dt_s = min((now_ns - state.now_ns) * 1e-9, DT_MAX_S) if state.now_ns else 0.0
+    inputs = believable(inputs, state.used, now_ns)
     estimate = _localized(state, inputs, setup)
     state = replace(
         state, now_ns=now_ns, sequence=state.sequence + 1, estimate=estimate, driving=drives(inputs.gateway, state.driving)
@@ -203,9 +206,10 @@ def _kept_in_lane(
 
 def _followed(state: StackState, way: Way, place: Place, inputs: Inputs, among: AmongPeople) -> tuple[StackState, AutonomyCommand]:
     """The tracker's command, braking no less than the ceiling wants."""
-    tracker, told = follow(state.tracker, place.pose, inputs, way.reference, state.now_ns, among.tracker)
+    most = state.speed.acceleration_m_s2
+    tracker, told = follow(state.tracker, place.pose, inputs, way.reference, state.now_ns, among.tracker, most)
     state = replace(state, tracker=tracker, angle_rad=told.road_wheel_angle_rad)
-    return state, _command(state, told.road_wheel_angle_rad, min(told.acceleration_m_s2, state.speed.acceleration_m_s2))
+    return state, _command(state, told.road_wheel_angle_rad, told.acceleration_m_s2)
 
 
 def _command(state: StackState, angle_rad: float, acceleration_m_s2: float) -> AutonomyCommand:

@@ -13,7 +13,7 @@ from autonomy.car_shape import CarShape, car_shape
 from vehicle_gateway.can.actuator_codec import Demand
 from vehicle_gateway.simulation.ecu_core import EcuSettings, split_force
 from vehicle_gateway.simulation.powertrain import ActuatorParameters, Car, car_parameters, step
-from vehicle_gateway.simulation.single_track import ChassisParameters
+from vehicle_gateway.simulation.single_track import GRAVITY_M_S2, ChassisParameters
 from wire.configuration import read_sections, shipped
 from wire.messages.base import Gear
 from wire.messages.vehicle import VehicleDescription
@@ -57,7 +57,8 @@ def simulated(friction: float = ChassisParameters().friction, slope_rad: float =
         body = car.body
         lateral = body.vy_m_s - parameters.chassis.rear_m * body.yaw_rate_rad_s
         pose = (body.x_m, body.y_m, body.heading_rad)
-        return Truth(*pose, body.vx_m_s, lateral, body.yaw_rate_rad_s, car.road_wheel_angle_rad, body.ax_m_s2)
+        felt = body.ax_m_s2 + GRAVITY_M_S2 * sin(slope_rad)  # as by an accelerometer: not what gravity does along the slope
+        return Truth(*pose, body.vx_m_s, lateral, body.yaw_rate_rad_s, car.road_wheel_angle_rad, felt)
 
     return Plant(Car(), advance, look)
 

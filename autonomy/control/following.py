@@ -8,10 +8,16 @@ from autonomy.localization.ekf import Pose
 
 
 def follow(
-    state: TrackerState, pose: Pose, inputs: Inputs, reference: Reference | None, now_ns: int, setup: Setup
+    state: TrackerState,
+    pose: Pose,
+    inputs: Inputs,
+    reference: Reference | None,
+    now_ns: int,
+    setup: Setup,
+    most_m_s2: float,
 ) -> tuple[TrackerState, Tracked]:
-    """reference None: no way to follow, it brakes. pose: the rear axle now."""
-    return track(state, measured(pose, inputs, now_ns), reference, now_ns, setup)
+    """reference None: no way to follow, it brakes. pose: the rear axle now. most_m_s2: of the acceleration."""
+    return track(state, measured(pose, inputs, now_ns), reference, now_ns, setup, most_m_s2)
 
 
 def measured(pose: Pose, inputs: Inputs, now_ns: int) -> Measured | None:

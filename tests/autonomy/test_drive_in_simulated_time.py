@@ -162,8 +162,66 @@ def test_before_the_first_fix_it_is_not_healthy_and_commands_nothing() -> None:
     state, outputs = step(StackState(), Inputs(), START_NS, setup)
     assert outputs.command is None
     assert outputs.status is not None and not outputs.status.healthy
-    assert outputs.status.health_note == "no IMU yet"
+    assert outputs.status.health_note.startswith("no IMU yet")
     assert outputs.status.doubt is Doubt.NOMINAL
+
+
+def test_the_tracker_takes_a_stop_that_it_was_told_of_for_no_hill() -> None:
+    """What it remembers of its commands is what was sent: the ceiling's braking, not its own wish to go on."""
+    person = Person(way=((60.0, -4.8), (60.0, 4.8)), speed_m_s=1.0, starts_when_car_within_m=20.0)
+    world, state = alone_with((person,), seed=1), StackState()
+    setup, believed, hardest = setup_for(world.road, "topology"), [], 0.0
+    for tick in range(900):
+        state, outputs = step(state, world.sense(Mode.AUTONOMOUS, tick), world.now_ns, setup)
+        if outputs.command is not None:
+            world.move(outputs.command.road_wheel_angle_rad, outputs.command.acceleration_m_s2, 0.01)
+            believed.append(state.tracker.disturbance.acceleration_m_s2)
+            hardest = min(hardest, outputs.command.acceleration_m_s2)
+    assert hardest < -1.5
+    assert max(map(abs, believed)) < 0.35  # 0.12 of rolling, and noise
+
+
+@pytest.mark.parametrize("planner", ["braking", "topology"])
+def test_a_clock_that_goes_backwards_begins_anew_with_the_wheels_where_they_are(planner: str) -> None:
+    world, state = alone_with((), seed=4), StackState()
+    setup = setup_for(world.road, planner)
+    for tick in range(300):
+        state, outputs = step(state, world.sense(Mode.AUTONOMOUS, tick), world.now_ns, setup)
+        if outputs.command is not None:
+            world.move(outputs.command.road_wheel_angle_rad, outputs.command.acceleration_m_s2, 0.01)
+    angle = state.angle_rad
+    world.now_ns -= 4_000_000_000
+    _, outputs = step(state, world.inputs, world.now_ns, setup)
+    assert outputs.command is None and outputs.status is not None and not outputs.status.healthy
+    for tick in range(300, 600):
+        state, outputs = step(state, world.sense(Mode.AUTONOMOUS, tick), world.now_ns, setup)
+        if outputs.command is not None:
+            assert outputs.command.acceleration_m_s2 <= 2.0 and abs(outputs.command.road_wheel_angle_rad - angle) < 0.02
+            angle = outputs.command.road_wheel_angle_rad
+            world.move(angle, outputs.command.acceleration_m_s2, 0.01)
+    assert abs(world.place[1] - world.road.own_lane_offset_m) < 0.3 and world.speed > 4.0
+
+
+@pytest.mark.parametrize("name", ["imu", "wheels", "gnss"])
+def test_what_is_stamped_ahead_of_now_is_not_believed(name: str) -> None:
+    """One such message is nothing; where all are, it says so instead of driving beside its lane."""
+    for every, healthy in ((100, True), (1, False)):
+        world, state = alone_with((), seed=4), StackState()
+        setup, told = setup_for(world.road, "braking"), []
+        for tick in range(300):
+            inputs = world.sense(Mode.AUTONOMOUS, tick)
+            message = getattr(inputs, name)
+            if tick >= 150 and message is not None and (tick // 10) % (every // 10 or 1) == 0:
+                inputs = replace(inputs, **{name: msgspec.structs.replace(message, stamp_ns=message.stamp_ns + 10_000_000_000)})
+            state, outputs = step(state, inputs, world.now_ns, setup)
+            told += [outputs.status] if outputs.status else []
+            if outputs.command is not None:
+                world.move(outputs.command.road_wheel_angle_rad, outputs.command.acceleration_m_s2, 0.01)
+        assert told[-1].healthy is healthy
+        if healthy:
+            assert abs(world.place[1] - world.road.own_lane_offset_m) < 0.3
+        else:
+            assert "old" in told[-1].health_note
 
 
 def test_stale_objects_make_it_unhealthy_at_once_and_take_the_corridor_away() -> None:

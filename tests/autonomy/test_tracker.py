@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from autonomy.control.mpcc.car import Car
-from autonomy.control.mpcc.low_level import acceleration, braking, disturbance, standing
+from autonomy.control.mpcc.low_level import Disturbance, acceleration, braking, disturbance, standing
 from autonomy.control.mpcc.reference import along
 from autonomy.control.mpcc.settings import MpccSettings
 from autonomy.control.mpcc.solver import optimise
@@ -67,9 +67,32 @@ def test_at_walking_pace_too() -> None:
     assert driven.arrived and rms(driven.contour_m) <= 0.03
 
 
-def test_on_a_slope_that_nobody_told_it_of_it_keeps_its_speed() -> None:
-    driven: Drive = drive(STRAIGHT, simulated(slope_rad=0.05), tracker(STRAIGHT, []), seconds_max=8.0)
-    assert abs(driven.speed_m_s[-1]) < 0.15
+@pytest.mark.parametrize("slope_rad", [0.09, -0.09])
+def test_on_a_slope_that_nobody_told_it_of_it_starts_keeps_its_speed_and_stops_in_place(slope_rad: float) -> None:
+    driven: Drive = drive(STRAIGHT, simulated(slope_rad=slope_rad), tracker(STRAIGHT, []), seconds_max=18.0)
+    assert driven.arrived and driven.stations_m[-1] == pytest.approx(STRAIGHT.last_m, abs=0.25)
+    assert rms(driven.speed_m_s[-300:]) < 0.15  # while it slows down: what accelerates it is bounded
+
+
+def test_a_car_that_rolls_backwards_is_braked_firmly_and_then_held() -> None:
+    for command in (braking, lambda pushed, speed, dt_s, of: standing(pushed, speed, 0.0, dt_s, of)):
+        pushed = 0.0
+        for speed, held in ((-1.0, SETTINGS.fallback_m_s2), (0.0, SETTINGS.hold_m_s2)):
+            for _ in range(60):
+                pushed = command(pushed, speed, 0.01, SETTINGS)
+            assert pushed == -held
+
+
+def test_a_bound_from_elsewhere_is_kept_and_is_what_it_remembers_of_its_commands() -> None:
+    """The car does what is sent; were the tracker's own wish remembered instead, it would take the difference for a hill."""
+    state, speed = TrackerState(), 5.0
+    for i in range(100):
+        now = NOW + i * 10_000_000
+        measured = replace(MOVING, stamp_ns=now, x_m=20.0 + 0.05 * i, speed_m_s=speed)
+        state, told = track(state, measured, STRAIGHT, now, SETUP, -2.0)
+        assert told.acceleration_m_s2 <= -2.0 and state.sent.values[-1, 1] == told.acceleration_m_s2
+        speed -= 0.02 * (1.0 - np.exp(-max(i - 2, 0) * 0.01 / SETUP.car.brake_lag))
+    assert abs(state.disturbance.acceleration_m_s2) < 0.1
 
 
 def test_a_car_that_shall_stand_is_held_and_keeps_its_wheels() -> None:
@@ -153,14 +176,30 @@ def test_after_the_warm_up_no_cycle_waits_for_the_compiler() -> None:
 
 
 def test_acceleration_that_nobody_asked_for_is_believed_with_its_lag_and_made_up_for() -> None:
-    believed = 0.0
+    believed, speed = disturbance(Disturbance(), 0.0, 1.2, 0.01, SETTINGS), 6.0
+    believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
+    assert believed.acceleration_m_s2 == 0.0  # nobody gains 6 m/s in a cycle: it is known better now
     for _ in range(round(SETTINGS.disturbance_lag_s * 100)):
-        believed = disturbance(believed, 0.7, 1.2, 6.0, 0.01, SETTINGS)
-    assert believed == pytest.approx(-0.5 * (1 - np.exp(-1)), abs=0.005)
-    for _ in range(500):
-        believed = disturbance(believed, -9.0, 1.2, 6.0, 0.01, SETTINGS)
-    assert believed == -SETTINGS.disturbance_max_m_s2
-    assert disturbance(0.3, 0.0, -0.8, 0.0, 0.01, SETTINGS) == 0.3  # a held car says nothing
+        speed += 0.7 * 0.01
+        believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
+    assert believed.acceleration_m_s2 == pytest.approx(-0.5 * (1 - np.exp(-1)), abs=0.005)
+    for _ in range(50):
+        speed -= 9.0 * 0.01
+        believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
+    assert believed.acceleration_m_s2 == -SETTINGS.disturbance_max_m_s2
+    for _ in range(round(SETTINGS.disturbance_lag_s * 300)):  # what was cut off is not made up for afterwards
+        speed += 1.2 * 0.01
+        believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
+    assert believed.acceleration_m_s2 == pytest.approx(-SETTINGS.disturbance_max_m_s2 * np.exp(-3), abs=0.01)
+
+
+def test_a_held_car_says_nothing_and_one_that_is_driven_and_stands_is_on_a_hill() -> None:
+    before = Disturbance(0.3, 0.0)
+    held = disturbance(before, 0.0, -0.8, 0.01, SETTINGS)
+    assert held.acceleration_m_s2 == 0.3
+    for _ in range(300):
+        held = disturbance(held, 0.0, 0.7, 0.01, SETTINGS)
+    assert held.acceleration_m_s2 == pytest.approx(-0.7, abs=0.01)
 
 
 def test_the_feed_forward_takes_off_what_the_ecu_adds_and_undoes_the_lag() -> None:
@@ -180,7 +219,7 @@ def test_braking_comes_on_with_its_jerk_and_ends_in_holding() -> None:
         commands.append(command)
     assert commands[0] == pytest.approx(-0.1) and max(-np.diff(commands)) <= 0.1 + 1e-9 and command == -SETTINGS.fallback_m_s2
     for _ in range(60):
-        command = standing(command, 0.0, 0.01, SETTINGS)
+        command = standing(command, 0.0, 0.0, 0.01, SETTINGS)
     assert command == -SETTINGS.hold_m_s2
 
 

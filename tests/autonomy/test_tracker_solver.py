@@ -33,9 +33,10 @@ def cost_at(k: int, z: Floats, asked: Task) -> float:
 
 @pytest.mark.parametrize("k", [3, STAGES])
 @pytest.mark.parametrize("push", [-2.0, 1.0])
-def test_the_slope_of_a_stage_s_cost_is_that_of_differences(k: int, push: float) -> None:
+@pytest.mark.parametrize("speed", [3.5, 8.0])  # at 3.5 m/s the tyres count the more the faster it is
+def test_the_slope_of_a_stage_s_cost_is_that_of_differences(k: int, push: float, speed: float) -> None:
     asked = task(BEND, 40.0, 8.0)
-    z = np.array((40.0, 1.5, 0.3, 8.0, -0.1, 0.3, 0.1, push, 40.3, 0.1, 2.0, 7.0))
+    z = np.array((40.0, 1.5, 0.3, speed, -0.1, 0.3, 0.1, push, 40.3, 0.1, 2.0, 7.0))
     gradient = np.zeros(SIZE)
     expand(k, z, 0, asked, np.zeros(SIZE), gradient, np.zeros((SIZE, SIZE)))
     for i in range(SIZE if k < STAGES else STATES):

@@ -53,6 +53,10 @@ def test_at_rest_the_imu_feels_gravity_alone():
 
 def test_a_diving_nose_and_a_raised_left_side_show_as_gravity():
     """Specific force is acceleration minus gravity: nose down gives -g sin(pitch) along x, left side up +g sin(roll)."""
+    uphill = sensors.imu(Car(), EXACT, PERFECT, Random(1), 0, slope_rad=0.1)  # it stands, held by its brakes
+    assert uphill.acceleration_x_m_s2 == pytest.approx(9.81 * sin(0.1), abs=0.01)
+    rolling = sensors.imu(Car(body=Body(ax_m_s2=-9.81 * sin(0.1))), EXACT, PERFECT, Random(1), 0, slope_rad=0.1)
+    assert rolling.acceleration_x_m_s2 == pytest.approx(0.0, abs=0.01)
     imu = sensors.imu(Car(pitch_rad=radians(2), roll_rad=radians(3)), EXACT, PERFECT, Random(1), 0)
     assert imu.acceleration_x_m_s2 == pytest.approx(-9.81 * sin(radians(2)))
     assert imu.acceleration_y_m_s2 == pytest.approx(9.81 * sin(radians(3)))

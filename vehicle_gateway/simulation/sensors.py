@@ -84,17 +84,21 @@ def draw_biases(settings: SensorSettings, random: Random) -> Biases:
     )
 
 
-def imu(car: Car, biases: Biases, settings: SensorSettings, random: Random, now_ns: int) -> Imu:
-    """Specific force at the rear axle in the body's frame: gravity shows in x and y when the body pitches and rolls."""
+def imu(car: Car, biases: Biases, settings: SensorSettings, random: Random, now_ns: int, slope_rad: float = 0.0) -> Imu:
+    """Specific force at the rear axle in the body's frame: gravity shows in x and y when the body pitches and rolls.
+
+    slope_rad: of the ground along the car, uphill positive. What gravity does to a car that rolls on it is not felt.
+    """
+    pitch = car.pitch_rad - slope_rad
     noise, rate_noise = settings.imu_acceleration_m_s2, settings.imu_rate_rad_s
     rough = settings.road_roughness_m_s2 * min(abs(car.body.vx_m_s) / 5.0, 1.0)
     bx, by, bz = biases.acceleration_m_s2
     rx, ry, rz = biases.rate_rad_s
     return Imu(
         stamp_ns=now_ns,
-        acceleration_x_m_s2=car.body.ax_m_s2 - GRAVITY_M_S2 * sin(car.pitch_rad) + random.gauss(bx, noise),
+        acceleration_x_m_s2=car.body.ax_m_s2 - GRAVITY_M_S2 * sin(pitch) + random.gauss(bx, noise),
         acceleration_y_m_s2=car.body.ay_m_s2 + GRAVITY_M_S2 * sin(car.roll_rad) + random.gauss(by, noise),
-        acceleration_z_m_s2=(GRAVITY_M_S2 * cos(car.pitch_rad) * cos(car.roll_rad) + random.gauss(bz, hypot(noise, rough))),
+        acceleration_z_m_s2=(GRAVITY_M_S2 * cos(pitch) * cos(car.roll_rad) + random.gauss(bz, hypot(noise, rough))),
         roll_rate_rad_s=car.roll_rate_rad_s + random.gauss(rx, rate_noise),
         pitch_rate_rad_s=car.pitch_rate_rad_s + random.gauss(ry, rate_noise),
         yaw_rate_rad_s=car.body.yaw_rate_rad_s + random.gauss(rz, rate_noise),

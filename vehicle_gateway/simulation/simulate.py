@@ -33,6 +33,7 @@ from vehicle_gateway.simulation.world import (
     motion_of,
     outline_of,
     report_of,
+    slope_rad,
     things_to_see,
     valid_demand,
 )
@@ -202,7 +203,7 @@ class Simulation:
     def _sense(self, schedule: Schedule, now_ns: int) -> None:
         car, settings, biases, rng = self.world.car, self._settings.sensors, self._biases, self._random
         if schedule.due("imu", now_ns):
-            self._outbox.put("imu", sensors.imu(car, biases, settings, rng, now_ns))
+            self._outbox.put("imu", sensors.imu(car, biases, settings, rng, now_ns, slope_rad(self.stage, self.world)))
         if schedule.due("wheel_speeds", now_ns):
             self._outbox.put("wheel_speeds", sensors.wheel_speeds(car, self.stage.parameters, biases, settings, rng, now_ns))
         if schedule.due("gnss", now_ns):

@@ -97,12 +97,15 @@ def advance(world: World, stage: Stage, demand: Demand | None, steps: int) -> Wo
 
 
 def on_ground(stage: Stage, world: World) -> CarParameters:
-    """The car's parameters on the slope it stands on: that of the road, along the car."""
+    """The car's parameters on the slope it stands on."""
+    slope = slope_rad(stage, world)
+    return stage.parameters._replace(chassis=on_slope(stage.parameters.chassis, slope)) if slope else stage.parameters
+
+
+def slope_rad(stage: Stage, world: World) -> float:
+    """That of the road, along the car; uphill positive."""
     slope = stage.road.slope_rad(world.station_m)
-    if not slope:
-        return stage.parameters
-    along = cos(world.car.body.heading_rad - stage.road.to_world(world.station_m)[2])
-    return stage.parameters._replace(chassis=on_slope(stage.parameters.chassis, slope * along))
+    return slope and slope * cos(world.car.body.heading_rad - stage.road.to_world(world.station_m)[2])
 
 
 def _look_round(world: World, stage: Stage) -> World:

@@ -149,7 +149,7 @@ def closing(z: Floats, there: Spot, price: float, row: Floats, gradient: Floats,
 @fast_kernel
 def grip(z: Floats, task: Task, row: Floats, gradient: Floats, hessian: Floats) -> float:
     """Both axles' forces inside their share of the friction circle; as far as the tyres are modelled at this speed."""
-    weight, _ = dynamic_weight(z[SPEED])
+    weight, weight_by_speed = dynamic_weight(z[SPEED])
     if weight == 0.0:
         return 0.0
     car = task.car
@@ -163,7 +163,9 @@ def grip(z: Floats, task: Task, row: Floats, gradient: Floats, hessian: Floats) 
         front, share, price, by_slip * f_speed, by_slip * f_aside, by_slip * f_turn, by_slip * f_angle, row, gradient, hessian
     )
     by_slip = max(rear.aside_by_slip, LEAST_SLOPE * car.rear_stiffness)
-    return cost + inside(rear, share, price, by_slip * r_speed, by_slip * r_aside, 0.0, 0.0, row, gradient, hessian)
+    cost += inside(rear, share, price, by_slip * r_speed, by_slip * r_aside, 0.0, 0.0, row, gradient, hessian)
+    gradient[SPEED] += weight_by_speed * cost / weight
+    return cost
 
 
 @fast_kernel

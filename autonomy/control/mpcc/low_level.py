@@ -2,26 +2,42 @@
 
 Feed-forward: the resistances that the car's own ECU makes up for are taken off, and the actuator's lag is undone by the rate at
 which the force is to change. Feedback: acceleration that no command explains (a slope, a load, a wrong mass) is believed with a
-lag and made up for. The paper, III-E. At standstill the brakes close softly and hold.
+lag and made up for. The paper, III-E. It is taken from the speed, as an accelerometer does not feel what gravity does along a
+slope. At standstill the brakes close softly and hold; who rolls backwards is braked firmly.
 """
+
+from typing import NamedTuple
 
 from autonomy.control.mpcc.car import Car
 from autonomy.control.mpcc.model import resistance
 from autonomy.control.mpcc.settings import MpccSettings
 
 ROLLS_M_S = 0.02
-MOVES_M_S = 0.5  # a slower car is held or released by its brakes: no acceleration says anything
+MOVES_M_S = 0.5  # a slower car is held by its brakes, unless it is driven: then its speed says nothing
 
 
-def disturbance(
-    before_m_s2: float, measured_m_s2: float, explained_m_s2: float, speed_m_s: float, dt_s: float, settings: MpccSettings
-) -> float:
-    """What is believed next of the acceleration that nobody asked for."""
-    if speed_m_s < MOVES_M_S:
-        return before_m_s2
-    share = min(dt_s / settings.disturbance_lag_s, 1.0)
-    believed = before_m_s2 + share * (measured_m_s2 - explained_m_s2 - before_m_s2)
-    return min(max(believed, -settings.disturbance_max_m_s2), settings.disturbance_max_m_s2)
+LEAP_M_S = 0.5  # from one cycle to the next
+
+
+class Disturbance(NamedTuple):
+    """Acceleration that nobody asked for, as far as it is believed."""
+
+    acceleration_m_s2: float = 0.0
+    speed_m_s: float | None = None  # what commands and that acceleration make of the speed, behind the measured one by a lag
+
+
+def disturbance(before: Disturbance, speed_m_s: float, explained_m_s2: float, dt_s: float, settings: MpccSettings) -> Disturbance:
+    """What is believed next. explained: the acceleration that the commands make, on level ground.
+
+    With s' = explained + d and d = (v - s) / lag, d follows v' - explained with that lag, and nothing is differentiated.
+    A speed that leaps is another estimate of it, not a car that was pushed.
+    """
+    lag, most, believed = settings.disturbance_lag_s, settings.disturbance_max_m_s2, before.acceleration_m_s2
+    if before.speed_m_s is not None and (speed_m_s >= MOVES_M_S or explained_m_s2 > 0.0):
+        leaps = abs(speed_m_s - before.speed_m_s - lag * believed) > LEAP_M_S
+        expected = speed_m_s - lag * believed if leaps else before.speed_m_s + dt_s * (explained_m_s2 + believed)
+        believed = min(max((speed_m_s - expected) / lag, -most), most)
+    return Disturbance(believed, speed_m_s - lag * believed)
 
 
 def acceleration(
@@ -33,15 +49,17 @@ def acceleration(
     return min(max(wanted, -settings.braking_max_m_s2), settings.acceleration_max_m_s2)
 
 
-def standing(before_m_s2: float, speed_m_s: float, dt_s: float, settings: MpccSettings) -> float:
-    """The command of a car that stands or is about to: softly to standstill, then held."""
-    wanted = -(settings.settle_m_s2 if speed_m_s > ROLLS_M_S else settings.hold_m_s2)
+def standing(before_m_s2: float, speed_m_s: float, disturbance_m_s2: float, dt_s: float, settings: MpccSettings) -> float:
+    """The command of a car that stands or is about to: softly to standstill, also downhill, then held."""
+    if speed_m_s < -ROLLS_M_S:
+        return braking(before_m_s2, speed_m_s, dt_s, settings)
+    wanted = -max(settings.settle_m_s2 + disturbance_m_s2, 0.0) if speed_m_s > ROLLS_M_S else -settings.hold_m_s2
     return towards(before_m_s2, wanted, settings.fallback_jerk_m_s3 * dt_s)
 
 
 def braking(before_m_s2: float, speed_m_s: float, dt_s: float, settings: MpccSettings) -> float:
     """The command when there is nothing to follow. speed NaN: as if it moved."""
-    wanted = -(settings.hold_m_s2 if speed_m_s <= ROLLS_M_S else settings.fallback_m_s2)
+    wanted = -(settings.hold_m_s2 if abs(speed_m_s) <= ROLLS_M_S else settings.fallback_m_s2)
     return towards(min(before_m_s2, 0.0), wanted, settings.fallback_jerk_m_s3 * dt_s)
 
 

@@ -47,4 +47,4 @@ class MpccSettings(Message):
     disturbance_max_m_s2: Annotated[float, Meta(ge=0.0, le=3.0)] = 1.0  # a slope of 10 %
     stand_m_s: Positive = 0.3  # slower, with nothing faster asked for: it stands, or is about to
     settle_m_s2: Positive = 0.35  # while it still rolls then
-    hold_m_s2: Positive = 0.8  # at standstill
+    hold_m_s2: Positive = 2.0  # at standstill: on a slope of 20 %, as the gateway

@@ -10,6 +10,7 @@ from autonomy.car_shape import CarShape
 from autonomy.control.mpcc.car import Car, car_of
 from autonomy.control.mpcc.cost import Limits, Prices
 from autonomy.control.mpcc.delay import NOTHING_SENT, Sent
+from autonomy.control.mpcc.low_level import Disturbance
 from autonomy.control.mpcc.reference import Reference
 from autonomy.control.mpcc.settings import MpccSettings
 from autonomy.planning.horizon import Floats
@@ -45,13 +46,12 @@ class TrackerState(Struct, frozen=True):
     inputs: Floats | None = None  # (N, 3) of the last solution
     reference: Reference | None = None
     station_m: float = 0.0  # on that reference
-    disturbance_m_s2: float = 0.0
+    disturbance: Disturbance = Disturbance()
     angle_rad: float | None = None  # commanded last
     acceleration_m_s2: float = 0.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tracked:
+class Tracked(Struct, frozen=True, kw_only=True):
     """The command, and how it came about."""
 
     road_wheel_angle_rad: float

@@ -6,7 +6,7 @@ will be when the command acts. Never raises for what stands in its inputs: witho
 wheels held, and says why. It does not know who drives: whoever calls starts anew after somebody else has driven.
 """
 
-from math import nan
+from math import inf, nan
 
 import numpy as np
 from msgspec.structs import replace
@@ -31,15 +31,26 @@ FUTURE_S = 0.05  # a stamp this far ahead of now is a clock's fault
 
 
 def track(
+    state: TrackerState, measured: Measured | None, reference: Reference | None, now_ns: int, setup: Setup, most_m_s2: float = inf
+) -> tuple[TrackerState, Tracked]:
+    """One cycle. A reference is made once per plan and passed as the same object until the next one.
+
+    most_m_s2: bound of the acceleration from elsewhere (a stop, somebody ahead); below 0 it brakes, whatever the reference says.
+    """
+    state, wanted = _wanted(state, measured, reference, now_ns, setup)
+    told = replace(wanted, acceleration_m_s2=min(wanted.acceleration_m_s2, most_m_s2))
+    return _sent(state, told, now_ns), told
+
+
+def _wanted(
     state: TrackerState, measured: Measured | None, reference: Reference | None, now_ns: int, setup: Setup
 ) -> tuple[TrackerState, Tracked]:
-    """One cycle. A reference is made once per plan and passed as the same object until the next one."""
     dt_s = min(max(now_ns - state.now_ns, 0) * 1e-9, DT_MAX_S) if state.now_ns else 0.0
     refused = _refused(measured, now_ns, setup.settings)
     if refused or measured is None:
-        return _braked(state, measured, refused, now_ns, dt_s, setup)
+        return _braked(state, measured, refused, dt_s, setup)
     if reference is None:
-        return _braked(state, measured, "nothing to follow", now_ns, dt_s, setup)
+        return _braked(state, measured, "nothing to follow", dt_s, setup)
     state, start = _when_it_acts(state, measured, now_ns, dt_s, setup)
     near = (state.station_m, NEAR_M) if state.reference is reference else (0.0, np.inf)
     station = foot(reference.line, start[X], start[Y], start[HEADING], *near)
@@ -47,22 +58,22 @@ def track(
     most_m = setup.settings.off_path_max_m
     away = _off_path_m(reference, start, most_m)
     if not abs(away) <= most_m:
-        return _braked(state, measured, f"not within {most_m:g} m of the path", now_ns, dt_s, setup)
+        return _braked(state, measured, f"not within {most_m:g} m of the path", dt_s, setup)
     wanted = np.empty(STAGES + 1)
     wanted_speeds(
         reference.stations_m, reference.squares_m2_s2, station, start[SPEED], float(setup.settings.acceleration_max_m_s2), wanted
     )
     state = replace(state, reference=reference, station_m=station)
     if start[SPEED] < setup.settings.stand_m_s and wanted.max() < setup.settings.stand_m_s:
-        return _stood(state, measured, now_ns, dt_s, setup)
+        return _stood(state, measured, dt_s, setup)
     speed = float(start[SPEED])
     limits = _limits_at(speed, setup)
     task = Task(reference.line, wanted, setup.car, limits, _prices_at(speed, setup.prices))
     solved, z = optimise(start, _guess(state, speed, dt_s), task, setup.settings.iterations_max)
     if not (np.isfinite(solved.cost) and np.isfinite(z).all()):
-        return _braked(state, measured, "no numbers came out", now_ns, dt_s, setup)
+        return _braked(state, measured, "no numbers came out", dt_s, setup)
     tracked = _commanded(z, away, float(wanted[0]), solved.iterations, state, limits, dt_s, setup)
-    return _sent(replace(state, inputs=z[:STAGES, STATES:].copy()), tracked, now_ns), tracked
+    return replace(state, inputs=z[:STAGES, STATES:].copy()), tracked
 
 
 def _refused(measured: Measured | None, now_ns: int, settings: MpccSettings) -> str:
@@ -83,15 +94,15 @@ def _when_it_acts(state: TrackerState, measured: Measured, now_ns: int, dt_s: fl
     times = 1e-9 * (state.sent.times_ns - now_ns).astype(np.float64)
     since = (measured.stamp_ns - now_ns) * 1e-9
     explained = acceleration_by_commands(times, state.sent.values, float(measured.acceleration_m_s2), since, car)
-    believed = disturbance(state.disturbance_m_s2, measured.acceleration_m_s2, explained, measured.speed_m_s, dt_s, settings)
+    believed = disturbance(state.disturbance, float(measured.speed_m_s), explained, dt_s, settings)
     aside = measured.lateral_m_s
     if aside is None:
         aside = lateral_speed(float(measured.speed_m_s), float(measured.yaw_rate_rad_s), car)
     pose = (measured.x_m, measured.y_m, measured.heading_rad)
     speeds = (measured.speed_m_s, aside, measured.yaw_rate_rad_s)
     at_stamp = np.array((*pose, *speeds, measured.road_wheel_angle_rad, explained, 0.0))
-    start = carried_on(at_stamp, times, state.sent.values, since, car.dead_time, float(believed), setup.limits.rate, car)
-    return replace(state, disturbance_m_s2=believed), start
+    start = carried_on(at_stamp, times, state.sent.values, since, car.dead_time, believed.acceleration_m_s2, setup.limits.rate, car)
+    return replace(state, disturbance=believed), start
 
 
 def _off_path_m(reference: Reference, start: Floats, most_m: float) -> float:
@@ -136,7 +147,7 @@ def _commanded(
         road_wheel_rate_rad_s=float(first[RATE]),
         force_n=float(first[PUSH]) * setup.settings.car.mass_kg,
         acceleration_m_s2=acceleration(
-            float(first[PUSH]), float(first[JERK]), float(first[SPEED]), state.disturbance_m_s2, car, setup.settings
+            float(first[PUSH]), float(first[JERK]), float(first[SPEED]), state.disturbance.acceleration_m_s2, car, setup.settings
         ),
         station_m=float(first[STATION]),
         contour_m=away_m,
@@ -146,8 +157,9 @@ def _commanded(
     )
 
 
-def _stood(state: TrackerState, measured: Measured, now_ns: int, dt_s: float, setup: Setup) -> tuple[TrackerState, Tracked]:
-    command = standing(state.acceleration_m_s2, measured.speed_m_s, dt_s, setup.settings)
+def _stood(state: TrackerState, measured: Measured, dt_s: float, setup: Setup) -> tuple[TrackerState, Tracked]:
+    believed = state.disturbance.acceleration_m_s2
+    command = standing(state.acceleration_m_s2, measured.speed_m_s, believed, dt_s, setup.settings)
     tracked = Tracked(
         road_wheel_angle_rad=_held_angle(state, measured, setup),
         road_wheel_rate_rad_s=0.0,
@@ -155,11 +167,11 @@ def _stood(state: TrackerState, measured: Measured, now_ns: int, dt_s: float, se
         acceleration_m_s2=command,
         station_m=state.station_m,
     )
-    return _sent(replace(state, inputs=None), tracked, now_ns), tracked
+    return replace(state, inputs=None), tracked
 
 
 def _braked(
-    state: TrackerState, measured: Measured | None, refused: str, now_ns: int, dt_s: float, setup: Setup
+    state: TrackerState, measured: Measured | None, refused: str, dt_s: float, setup: Setup
 ) -> tuple[TrackerState, Tracked]:
     """The fallback: wheels held, firm braking."""
     speed = measured.speed_m_s if measured is not None else float("nan")
@@ -171,7 +183,7 @@ def _braked(
         acceleration_m_s2=command,
         refused=refused,
     )
-    return _sent(replace(state, inputs=None), tracked, now_ns), tracked
+    return replace(state, inputs=None), tracked
 
 
 def _held_angle(state: TrackerState, measured: Measured | None, setup: Setup) -> float:
