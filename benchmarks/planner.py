@@ -6,9 +6,10 @@ of a hundred plans each among 4 and 12 people who cross when the car comes (`pla
 trajectory, which also tells the half-spaces of its class. ipopt (mumps, tol 1e-6) and fatrop get the same problem and the same
 guess, in the same run. The problem has valleys: ipopt is started once more where ours ended, and tells whether that was the
 bottom of its own. The car is never driven by one start alone: ours is started as well from every trajectory of a cycle of the
-topology planner that remembers nothing, and the best of that is set beside the best that ipopt finds, from its own guess and
-from where ours ended. Guided and cold: from places that a plain search finds clear (`clear_places`), not by the guidance planner.
-Joint risk: the trajectories that come nearest to people, against rollouts that walk as predicted.
+topology planner that remembers nothing (six starts at most), and the best of that is set beside the best that ipopt finds, from
+that guess and from where ours ended, and beside what it finds from a guess of its own: along the path, as who knows nothing.
+Guided and cold: from places that a plain search finds clear (`clear_places`), not by the guidance planner; `guess` has those of
+the guidance. Joint risk: the trajectories that come nearest to people, against rollouts that walk as predicted.
 """
 
 import gc
@@ -53,6 +54,9 @@ class Case(NamedTuple):
     ms: float
 
 
+Answered = tuple[Case, Answer, float]  # and its milliseconds
+
+
 def figures() -> Iterator[Figure]:
     warm_up()
     gc.collect()
@@ -61,7 +65,9 @@ def figures() -> Iterator[Figure]:
         for people in REACH_MS:
             cases = driven(people)
             warm = [case for case in cases if case.guess is not None]
-            yield from times(f"{people} people, warm", warm, peers(warm), REACH_MS[people])
+            beside = peers(warm)
+            yield from times(f"{people} people, warm", warm, beside, REACH_MS[people])
+            yield from accuracy(f"{people} people, warm", warm, beside["ipopt"])
             yield from guided(people, cases)
             yield from risk(people, cases)
     finally:
@@ -94,29 +100,36 @@ def timed(asked: Problem, guess: Guess | Floats | None) -> Case:
     return Case(asked, guess, found, min(passed_ms))
 
 
-def peers(cases: list[Case]) -> dict[str, list[tuple[Case, Answer, float]]]:
+def peers(cases: list[Case]) -> dict[str, list[Answered]]:
     """Each peer's answer to every case, from the same guess, and its milliseconds."""
-    told: dict[str, list[tuple[Case, Answer, float]]] = {"ipopt": [], "fatrop": []}
-    for name, answers in told.items():
-        built: dict[object, Oracle] = {}
-        for case in cases:
-            p = arrays(case.problem, SETTINGS)
-            states, inputs = start_of(p, case.guess)
-            if shape_of(p) not in built:
-                built[shape_of(p)] = oracle(name, p)
-            begin_ns = thread_time_ns()
-            answer = built[shape_of(p)](p, states, inputs[:STEPS, :2])
-            answers.append((case, answer, (thread_time_ns() - begin_ns) / 1e6))
+    return {name: answered(name, cases) for name in ("ipopt", "fatrop")}
+
+
+def answered(name: str, cases: list[Case], *, own: bool = False) -> list[Answered]:
+    """own: not from ours, but from along the path at a gentle speed."""
+    built: dict[object, Oracle] = {}
+    told: list[Answered] = []
+    for case in cases:
+        p = arrays(case.problem, SETTINGS)
+        states, inputs = start_of(p, None if own else case.guess)
+        if shape_of(p) not in built:
+            built[shape_of(p)] = oracle(name, p)
+        begin_ns = thread_time_ns()
+        answer = built[shape_of(p)](p, states, inputs[:STEPS, :2])
+        told.append((case, answer, (thread_time_ns() - begin_ns) / 1e6))
     return told
 
 
-def times(what: str, cases: list[Case], told: dict[str, list[tuple[Case, Answer, float]]], reach_ms: float) -> Iterator[Figure]:
+def times(what: str, cases: list[Case], told: dict[str, list[Answered]], reach_ms: float) -> Iterator[Figure]:
     for name, answers in told.items():
         for figure_name, share in (("p50", 0.5), ("p95", 0.95), ("p99", 0.99)):
             beside = (f"{name}, same guess", percentile([ms for _, _, ms in answers], share))
             most = reach_ms if figure_name == "p95" else None
             yield figure(NAME, what, figure_name, "ms", percentile([case.ms for case in cases], share), peer=beside, at_most=most)
-    answers = told["ipopt"]
+
+
+def accuracy(what: str, cases: list[Case], answers: list[Answered]) -> Iterator[Figure]:
+    """Feasible sets and costs beside ipopt's: from the same guess, from where ours ended, from a guess of its own."""
     yield figure(NAME, what, "feasible", "share", _share(cases, lambda case: case.found.feasible))
     alike = [(case, answer) for case, answer, _ in answers if case.found.feasible == _is_feasible(answer)]
     yield figure(NAME, what, "feasible for one of ours and ipopt only", "share", 1.0 - len(alike) / len(answers), at_most=0.0)
@@ -128,11 +141,20 @@ def times(what: str, cases: list[Case], told: dict[str, list[tuple[Case, Answer,
     yield figure(NAME, what, "cost more than 1e-3 above ipopt's", "share", _share(apart, lambda by: by > SAME_COST))
     lower = _share(both, lambda one: _below(one[0], one[0].found) > SAME_COST)
     yield figure(NAME, what, "lowered by more than 1e-3 by ipopt from where ours ends", "share", lower, at_most=0.01)
-    best = [(case, answer, _best(case)) for case, answer in both]
-    dearer = _share(best, lambda one: _above(one[2].cost, one[1]) > SAME_COST)
+    best = {id(case): _best(case) for case in cases}
+    met = [(case, answer, best[id(case)]) for case, answer in both]
+    dearer = _share(met, lambda one: _above(one[2].cost, one[1]) > SAME_COST)
     yield figure(NAME, what, "with the starts of a planning cycle: more than 1e-3 above ipopt's", "share", dearer, at_most=0.01)
-    worse = _share(best, lambda one: max(_above(one[2].cost, one[1]), _below(one[0], one[2])) > SAME_COST)
+    worse = _share(met, lambda one: max(_above(one[2].cost, one[1]), _below(one[0], one[2])) > SAME_COST)
     yield figure(NAME, what, "likewise: not within 1e-3 of the best that ipopt finds", "share", worse, at_most=0.01)
+    own = [(best[id(case)], answer) for case, answer, _ in answered("ipopt", cases, own=True)]
+    ends = [(found.feasible, _is_feasible(answer)) for found, answer in own]
+    ours, theirs = (ends.count(alone) / max(len(ends), 1) for alone in ((True, False), (False, True)))
+    yield figure(NAME, what, "likewise, ipopt from a guess of its own: feasible for ours only", "share", ours)
+    yield figure(NAME, what, "likewise, ipopt from a guess of its own: feasible for ipopt only", "share", theirs, at_most=0.0)
+    shared = [(found, answer) for found, answer in own if found.feasible and _is_feasible(answer)]
+    above = _share(shared, lambda one: _above(one[0].cost, one[1]) > SAME_COST)
+    yield figure(NAME, what, "likewise, ipopt from a guess of its own: more than 1e-3 above it", "share", above, at_most=0.01)
 
 
 def guided(people: int, cases: list[Case]) -> Iterator[Figure]:
@@ -234,7 +256,7 @@ def _best(case: Case) -> Trajectory:
     around = Around(car=asked.start, path=asked.path, predictions=asked.predictions, speed_m_s=asked.speed_m_s)
     _, decision = plan(TopologyState(), around, CAR, TopologySettings(local=SETTINGS))
     others = (solve(asked, SETTINGS, later(each.trajectory, 0.0)) for each in decision.candidates)
-    return min((found for found in (case.found, *others) if found.feasible), key=lambda found: found.cost)
+    return min((case.found, *others), key=lambda found: (not found.feasible, found.cost))
 
 
 @cache
