@@ -9,7 +9,7 @@ from autonomy.planning.horizon import STEPS
 from autonomy.planning.learned.features import AHEAD_M, AT, CAR, LINE, PERSON, WAY, Singles
 from autonomy.training.collect import Sample
 
-JUDGED = 10  # every tenth drive is judged by, never learned from; with four streets in turn those are of the first and the third
+JUDGED = 9  # every ninth drive is judged by, never learned from; with four streets in turn those are of every street
 
 
 class Batch(NamedTuple):

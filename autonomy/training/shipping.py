@@ -79,7 +79,7 @@ TEXT = """# How weights.npz was made
 
 `{command}` at commit {commit}, numpy {numpy}, jax {jax}:
 {drives} drives in turn through {crossings}, seeds from each file's
-first_seed on; {samples} samples and their mirror images, those of every tenth drive ({judged}) judged by and never learned
+first_seed on; {samples} samples and their mirror images, those of every ninth drive ({judged}) judged by and never learned
 from; {rounds} rounds of Adam in batches of {size}. CPU time: {collecting:.0f} s of drives, {learning:.0f} s of learning.
 
 On drives not learned from: loss {loss:.4f}; the guess's last place (7 s on) is {median:.2f} m from the optimised one in
