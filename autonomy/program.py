@@ -81,7 +81,11 @@ def train_guess(
     except ModuleNotFoundError:
         typer.echo("training wants JAX; install it: pip install --constraint constraints.txt '.[train]'", err=True)
         raise typer.Exit(1) from None
-    train(drives, rounds, out, f"autonomy train-guess --drives {drives} --rounds {rounds}", typer.echo)
+    try:
+        train(drives, rounds, out, f"autonomy train-guess --drives {drives} --rounds {rounds}", typer.echo)
+    except ConfigurationError as error:
+        tell_error(str(error))
+        raise typer.Exit(USER_ERROR) from None
 
 
 def main() -> None:

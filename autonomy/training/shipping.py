@@ -9,6 +9,7 @@ from time import monotonic, process_time
 
 import numpy as np
 
+from autonomy.outputs import writing
 from autonomy.planning.learned.network import Weights
 from autonomy.planning.learned.weights import write
 from autonomy.training.batches import parted
@@ -35,7 +36,7 @@ class Made:
 
 
 def train_guess(drives: int, rounds: int, out: Path, command: str, tell: Tell) -> Made:
-    """Tell: hears how far it is."""
+    """Tell: hears how far it is. Raises ConfigurationError when a disk refuses what was learned."""
     begun_s = process_time()
     samples = _collected(drives, tell)
     collected_s = process_time()
@@ -58,8 +59,11 @@ def train_guess(drives: int, rounds: int, out: Path, command: str, tell: Tell) -
         learning_s=process_time() - collected_s,
         numbers=sum(each.size for each in weights),
     )
-    write(out, weights)
-    out.with_suffix(".md").write_text(text_of(made, command))
+    story = out.with_suffix(".md")
+    with writing("--out", out):
+        write(out, weights)
+        story.write_text(text_of(made, out.name, command))
+    tell(f"{out}: last place {made.off_m[0]:.2f} m off in the median, on drives not learned from; its story: {story}")
     return made
 
 
@@ -75,7 +79,7 @@ def _collected(drives: int, tell: Tell) -> list[list[Sample]]:
     return found
 
 
-TEXT = """# How weights.npz was made
+TEXT = """# How {name} was made
 
 `{command}` at commit {commit}, numpy {numpy}, jax {jax}:
 {drives} drives in turn through {crossings}, seeds from each file's
@@ -89,8 +93,9 @@ the median, {far:.2f} m in the 90th percentile. What that does for the planner: 
 """
 
 
-def text_of(made: Made, command: str) -> str:
+def text_of(made: Made, name: str, command: str) -> str:
     return TEXT.format(
+        name=name,
         command=command,
         commit=_commit(),
         numpy=version("numpy"),
