@@ -58,6 +58,7 @@ class Estimate(Struct, frozen=True, kw_only=True):
     covariance: Matrix  # (5, 5)
     gyro_rad_s: float = 0.0  # last raw reading
     acceleration_m_s2: float = 0.0  # last raw reading
+    stands: bool = False  # by its wheels: what the accelerometer then feels is a slope
     rejected_in_a_row: int = 0  # GNSS positions
     innovation: float = 2.0  # running mean of the normalised innovation squared of GNSS positions; 2 when all is well
 
@@ -109,7 +110,8 @@ def advance(estimate: Estimate, to_ns: int, settings: LocalizationSettings) -> E
     covariance[HEADING, HEADING] += settings.gyro_rad_s**2 * dt
     covariance[SPEED, SPEED] += settings.acceleration_m_s2**2 * dt * max(dt, 0.02)
     covariance[BIAS, BIAS] += settings.bias_walk_rad_s**2 * dt
-    mean = np.array([pose.x_m, pose.y_m, heading, speed + estimate.acceleration_m_s2 * dt, estimate.mean[BIAS]])
+    gained = 0.0 if estimate.stands else estimate.acceleration_m_s2 * dt
+    mean = np.array([pose.x_m, pose.y_m, heading, speed + gained, estimate.mean[BIAS]])
     return replace(estimate, stamp_ns=to_ns, mean=mean, covariance=covariance)
 
 
@@ -123,12 +125,14 @@ def on_wheels(estimate: Estimate, wheels: WheelSpeeds, wheelbase_m: float, setti
     moved = advance(estimate, wheels.stamp_ns, settings)
     speed = (wheels.rear_left_m_s + wheels.rear_right_m_s) / 2
     moved, _ = _correct(moved, SPEED, speed - moved.mean[SPEED], settings.wheel_speed_m_s**2, inf)
-    if abs(speed) < STANDSTILL_M_S:
+    stands = abs(speed) < STANDSTILL_M_S
+    if stands:
+        moved = replace(moved, mean=np.array([*moved.mean[:SPEED], speed, moved.mean[BIAS]]))  # without pulses there is no noise
         turned, deviation = 0.0, settings.gyro_rad_s
     else:
         turned, deviation = speed * tan(wheels.road_wheel_angle_rad) / wheelbase_m, settings.steering_yaw_rate_rad_s
     moved, _ = _correct(moved, BIAS, moved.gyro_rad_s - turned - moved.mean[BIAS], deviation**2, CHI_SQUARE_1)
-    return moved
+    return replace(moved, stands=stands)
 
 
 def on_gnss(estimate: Estimate, gnss: Gnss, settings: LocalizationSettings) -> Estimate:

@@ -54,7 +54,7 @@ class Runs:
 
 
 def sources_of(crossing: str) -> str:
-    """Whatever a verdict depends on: the planners and all that they import of ours, what they learned, the crossing's files."""
+    """Whatever of ours changes a verdict: planners, tracks, control, road, what was learned, the methods, the crossing's files."""
     here, road = Path(autonomy.__file__).parent, Path(wire.road.__file__)
     told = sha256((fingerprint(here / "planning", here / "perception")).encode())
     control = (here / "control" / name for name in ("speed.py", "steering.py"))

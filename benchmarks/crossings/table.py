@@ -53,7 +53,7 @@ Autoware's planner beside our braking planner. Recorded people are no part of it
 (`config/crossings/examples`).
 
 A difference is called shorter or longer when the bootstrap's 95 % interval leaves out 0 and p of a paired sign-flip test is below
-0.05, not corrected for the number of comparisons: of {comparisons}, about {chance:.0f} would be called so by chance alone.
+0.05, not corrected for the number of comparisons: of {comparisons}, at most about {chance:.0f} would be called so by chance alone.
 
 Tuned with the same effort, nine settings each, on a street and on seeds that are not reported
 (`python -m benchmarks.crossings.tuning`): {tuning}.

@@ -5,7 +5,7 @@ limits but a lag, no occlusion. What it says about the stack is therefore not th
 """
 
 from dataclasses import dataclass, field
-from math import atan2, cos, hypot, inf, sin, tan
+from math import atan2, copysign, cos, hypot, inf, sin, tan
 from random import Random
 
 import msgspec
@@ -62,12 +62,14 @@ class World:
     seed: int
     false_per_list: float = 0.2
     misses: float = 0.08
+    slope_rad: float = 0.0  # uphill; the accelerometer does not feel it
     x: float = 0.0
     y: float = 0.0
     heading: float = 0.0
     speed: float = 0.0
     angle: float = 0.0
-    acceleration: float = 0.0
+    acceleration: float = 0.0  # of drive and brakes
+    felt: float = 0.0  # by the accelerometer
     now_ns: int = START_NS
     walkers: list[Walker] = field(default_factory=list)
     static: list[tuple[str, float, float, float]] = field(default_factory=list)
@@ -93,10 +95,14 @@ class World:
         return at.station_m, at.offset_m
 
     def move(self, angle: float, acceleration: float, dt: float) -> None:
-        """Steering lag 0.15 s, drive and brake lag 0.1 s, 0.12 m/s2 of rolling resistance, then the bicycle."""
+        """Steering lag 0.15 s, drive and brake lag 0.1 s, 0.12 m/s2 of rolling resistance, the slope, then the bicycle."""
         self.angle += (angle - self.angle) * dt / 0.15
         self.acceleration += (acceleration - self.acceleration) * dt / 0.1
-        self.speed = max(self.speed + (self.acceleration - 0.12) * dt, 0.0)
+        before, pull = self.speed, 9.81 * sin(self.slope_rad)
+        rolls = before + (max(self.acceleration, 0.0) - pull) * dt
+        stopping = (max(-self.acceleration, 0.0) + 0.12) * dt  # brakes and rolling take speed, in whichever direction it is
+        self.speed = copysign(max(abs(rolls) - stopping, 0.0), rolls)
+        self.felt = (self.speed - before) / dt + pull
         turn = self.speed * tan(self.angle) / 2.7 * dt
         self.x += self.speed * dt * cos(self.heading + turn / 2)
         self.y += self.speed * dt * sin(self.heading + turn / 2)
@@ -127,7 +133,7 @@ class World:
         new: dict[str, object] = {
             "imu": Imu(
                 stamp_ns=now,
-                acceleration_x_m_s2=self.acceleration + gauss(0.05, 0.05),
+                acceleration_x_m_s2=self.felt + gauss(0.05, 0.05),
                 acceleration_y_m_s2=0.0,
                 acceleration_z_m_s2=9.81,
                 roll_rate_rad_s=0.0,

@@ -77,6 +77,16 @@ def test_on_an_empty_road_it_keeps_to_its_lane_near_the_limit(planner: str) -> N
     assert made.time_s < 48.0
 
 
+@pytest.mark.parametrize(("slope_rad", "planner"), [(0.05, "topology"), (-0.05, "topology"), (0.05, "braking")])
+def test_on_a_hill_it_sets_off_waits_for_somebody_and_does_not_roll(slope_rad: float, planner: str) -> None:
+    world = alone_with((Person(way=((50.0, -1.75),)),), seed=4, speed=0.0)
+    world.slope_rad = slope_rad
+    made = drive(world, 17.0, planner=planner)
+    speeds = [speed for _, _, _, speed, _ in made.trace]
+    assert max(speeds) > 3.0 and min(speeds) > -0.1
+    assert max(map(abs, speeds[-15:])) < 0.02 and 1.0 < world.closest_m < 4.0
+
+
 @pytest.mark.parametrize(("side", "walks"), [(-4.8, 1.0), (-4.8, 2.5), (4.7, 1.0), (4.7, 1.5), (4.7, 2.5), (-3.7, 1.5)])
 @pytest.mark.parametrize(("distance", "planner"), [(16.0, "braking"), (20.0, "braking"), (16.0, "topology")])
 def test_whoever_steps_out_with_room_to_stop_is_not_touched(side: float, walks: float, distance: float, planner: str) -> None:
@@ -202,9 +212,9 @@ def test_a_clock_that_goes_backwards_begins_anew_with_the_wheels_where_they_are(
     assert abs(world.place[1] - world.road.own_lane_offset_m) < 0.3 and world.speed > 4.0
 
 
-@pytest.mark.parametrize("name", ["imu", "wheels", "gnss"])
+@pytest.mark.parametrize("name", ["imu", "wheels", "gnss", "objects"])
 def test_what_is_stamped_ahead_of_now_is_not_believed(name: str) -> None:
-    """One such message is nothing; where all are, it says so instead of driving beside its lane."""
+    """A tenth of a second of such messages in every second is nothing; where all are so, it says that instead of driving on."""
     for every, healthy in ((100, True), (1, False)):
         world, state = alone_with((), seed=4), StackState()
         setup, told = setup_for(world.road, "braking"), []

@@ -144,7 +144,7 @@ def test_short_losses_ask_nobody_and_do_not_flicker(rolling: Car) -> None:
     assert {said.doubt for said in rolling.said} == {Doubt.NOMINAL}
     losses.clear()
     for _ in range(4):
-        rolling.go_on(1.6, ghost=True, each=lambda: losses.append(rolling.state.topology.lost))
+        rolling.go_on(1.2, ghost=True, each=lambda: losses.append(rolling.state.topology.lost))
         rolling.go_on(1.2, each=lambda: losses.append(rolling.state.topology.lost))
     assert sum(before and not now for before, now in pairwise(losses)) >= 3
     doubts = [said.doubt for said in rolling.said if said.healthy]

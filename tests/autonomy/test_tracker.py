@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from autonomy.control.mpcc.car import Car
-from autonomy.control.mpcc.low_level import Disturbance, acceleration, braking, disturbance, standing
+from autonomy.control.mpcc.low_level import Disturbance, acceleration, bounded, braking, disturbance, standing
 from autonomy.control.mpcc.reference import along
 from autonomy.control.mpcc.settings import MpccSettings
 from autonomy.control.mpcc.solver import optimise
@@ -68,10 +68,10 @@ def test_at_walking_pace_too() -> None:
 
 
 @pytest.mark.parametrize("slope_rad", [0.09, -0.09])
-def test_on_a_slope_that_nobody_told_it_of_it_starts_keeps_its_speed_and_stops_in_place(slope_rad: float) -> None:
+def test_on_a_slope_that_nobody_told_it_of_it_starts_slows_down_as_asked_and_stops_in_place(slope_rad: float) -> None:
     driven: Drive = drive(STRAIGHT, simulated(slope_rad=slope_rad), tracker(STRAIGHT, []), seconds_max=18.0)
     assert driven.arrived and driven.stations_m[-1] == pytest.approx(STRAIGHT.last_m, abs=0.25)
-    assert rms(driven.speed_m_s[-300:]) < 0.15  # while it slows down: what accelerates it is bounded
+    assert rms(driven.speed_m_s[-300:]) < 0.15  # while it sets off, what accelerates it is bounded
 
 
 def test_a_car_that_rolls_backwards_is_braked_firmly_and_then_held() -> None:
@@ -85,13 +85,15 @@ def test_a_car_that_rolls_backwards_is_braked_firmly_and_then_held() -> None:
 
 def test_a_bound_from_elsewhere_is_kept_and_is_what_it_remembers_of_its_commands() -> None:
     """The car does what is sent; were the tracker's own wish remembered instead, it would take the difference for a hill."""
-    state, speed = TrackerState(), 5.0
+    state, speed, pushed, queue = TrackerState(), 5.0, 0.0, [0.0, 0.0]
     for i in range(100):
         now = NOW + i * 10_000_000
-        measured = replace(MOVING, stamp_ns=now, x_m=20.0 + 0.05 * i, speed_m_s=speed)
+        measured = replace(MOVING, stamp_ns=now, x_m=20.0 + 0.05 * i, speed_m_s=speed, acceleration_m_s2=pushed)
         state, told = track(state, measured, STRAIGHT, now, SETUP, -2.0)
         assert told.acceleration_m_s2 <= -2.0 and state.sent.values[-1, 1] == told.acceleration_m_s2
-        speed -= 0.02 * (1.0 - np.exp(-max(i - 2, 0) * 0.01 / SETUP.car.brake_lag))
+        queue.append(told.acceleration_m_s2)
+        pushed += (queue.pop(0) - pushed) * (1.0 - np.exp(-0.01 / SETUP.car.brake_lag))
+        speed += 0.01 * pushed
     assert abs(state.disturbance.acceleration_m_s2) < 0.1
 
 
@@ -126,6 +128,7 @@ def test_a_measured_value_that_is_no_number_brakes_with_the_wheels_held(name: st
         (replace(MOVING, y_m=3.5), True, "not within 3 m"),
         (replace(MOVING, heading_rad=3.1), True, "not within 3 m"),
         (replace(MOVING, x_m=1e12), True, "not within 3 m"),
+        (replace(MOVING, speed_m_s=-0.5), True, "it rolls backwards"),
     ],
 )
 def test_what_cannot_be_followed_is_told_and_braked_for(measured: Measured | None, has_reference: bool, says: str) -> None:
@@ -176,30 +179,39 @@ def test_after_the_warm_up_no_cycle_waits_for_the_compiler() -> None:
 
 
 def test_acceleration_that_nobody_asked_for_is_believed_with_its_lag_and_made_up_for() -> None:
-    believed, speed = disturbance(Disturbance(), 0.0, 1.2, 0.01, SETTINGS), 6.0
-    believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
-    assert believed.acceleration_m_s2 == 0.0  # nobody gains 6 m/s in a cycle: it is known better now
-    for _ in range(round(SETTINGS.disturbance_lag_s * 100)):
-        speed += 0.7 * 0.01
-        believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
+    believed, speed, now = disturbance(Disturbance(), NOW, 0.0, 0.0, 1.2, SETTINGS), 6.0, NOW
+
+    def driven(seconds: float, gains_m_s2: float, gap_ms: int = 10) -> Disturbance:
+        nonlocal believed, speed, now
+        for _ in range(round(seconds * 100)):
+            now, speed = now + gap_ms * 1_000_000, speed + gains_m_s2 * 0.001 * gap_ms
+            believed = disturbance(believed, now, speed, 1.2, 1.2, SETTINGS)
+        return believed
+
+    assert driven(0.01, 1.2).acceleration_m_s2 == 0.0  # nobody gains 6 m/s in a cycle: it is known better now
+    driven(SETTINGS.disturbance_lag_s, 0.7)
     assert believed.acceleration_m_s2 == pytest.approx(-0.5 * (1 - np.exp(-1)), abs=0.005)
-    for _ in range(50):
-        speed -= 9.0 * 0.01
-        believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
-    assert believed.acceleration_m_s2 == -SETTINGS.disturbance_max_m_s2
-    for _ in range(round(SETTINGS.disturbance_lag_s * 300)):  # what was cut off is not made up for afterwards
-        speed += 1.2 * 0.01
-        believed = disturbance(believed, speed, 1.2, 0.01, SETTINGS)
+    assert driven(0.5, -9.0).acceleration_m_s2 == -SETTINGS.disturbance_max_m_s2
+    driven(3.0 * SETTINGS.disturbance_lag_s, 1.2)  # what was cut off is not made up for afterwards
     assert believed.acceleration_m_s2 == pytest.approx(-SETTINGS.disturbance_max_m_s2 * np.exp(-3), abs=0.01)
+    before = believed.acceleration_m_s2
+    assert driven(0.01, -4.0, gap_ms=100).acceleration_m_s2 == before  # what it lost over a gap is no hill
 
 
-def test_a_held_car_says_nothing_and_one_that_is_driven_and_stands_is_on_a_hill() -> None:
-    before = Disturbance(0.3, 0.0)
-    held = disturbance(before, 0.0, -0.8, 0.01, SETTINGS)
-    assert held.acceleration_m_s2 == 0.3
+def test_a_car_that_is_held_feels_its_hill_and_one_that_is_driven_and_stands_is_on_one() -> None:
+    held = driven = Disturbance(0.3, NOW, 0.0)
+    assert disturbance(Disturbance(0.3, NOW, 0.2), NOW + 10_000_000, 0.2, -1.1, -0.8, SETTINGS).acceleration_m_s2 == 0.3  # it rolls
     for _ in range(300):
-        held = disturbance(held, 0.0, 0.7, 0.01, SETTINGS)
-    assert held.acceleration_m_s2 == pytest.approx(-0.7, abs=0.01)
+        held = disturbance(held, held.stamp_ns + 10_000_000, 0.0, 0.6, -0.8, SETTINGS)
+        driven = disturbance(driven, driven.stamp_ns + 10_000_000, 0.0, 0.0, 0.7, SETTINGS)
+    assert held.acceleration_m_s2 == pytest.approx(-0.6, abs=0.01)
+    assert driven.acceleration_m_s2 == pytest.approx(-0.7, abs=0.01)
+
+
+def test_a_bound_takes_its_share_of_a_hill_but_never_of_the_braking() -> None:
+    assert bounded(5.0, 1.0, -0.6) == pytest.approx(1.6) and bounded(5.0, 1.0, 0.6) == pytest.approx(0.4)
+    assert bounded(5.0, -0.8, -0.6) == -0.8 and bounded(5.0, -7.0, -0.6) == -7.0
+    assert bounded(5.0, -0.8, 0.6) == pytest.approx(-1.4) and bounded(-3.0, 1.0, 0.6) == -3.0
 
 
 def test_the_feed_forward_takes_off_what_the_ecu_adds_and_undoes_the_lag() -> None:

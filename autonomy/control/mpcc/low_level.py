@@ -3,7 +3,7 @@
 Feed-forward: the resistances that the car's own ECU makes up for are taken off, and the actuator's lag is undone by the rate at
 which the force is to change. Feedback: acceleration that no command explains (a slope, a load, a wrong mass) is believed with a
 lag and made up for. The paper, III-E. It is taken from the speed, as an accelerometer does not feel what gravity does along a
-slope. At standstill the brakes close softly and hold; who rolls backwards is braked firmly.
+slope. At standstill the brakes close softly and hold.
 """
 
 from typing import NamedTuple
@@ -13,31 +13,43 @@ from autonomy.control.mpcc.model import resistance
 from autonomy.control.mpcc.settings import MpccSettings
 
 ROLLS_M_S = 0.02
-MOVES_M_S = 0.5  # a slower car is held by its brakes, unless it is driven: then its speed says nothing
-
-
-LEAP_M_S = 0.5  # from one cycle to the next
+MOVES_M_S = 0.5  # of a slower car that is not driven brakes hold the speed, and it says nothing
+LEAP_M_S, GAP_S = 0.5, 0.05  # from one cycle to the next
+GENTLE_M_S2 = 0.5  # of braking that somebody else asks for: less is no braking yet
 
 
 class Disturbance(NamedTuple):
     """Acceleration that nobody asked for, as far as it is believed."""
 
     acceleration_m_s2: float = 0.0
-    speed_m_s: float | None = None  # what commands and that acceleration make of the speed, behind the measured one by a lag
+    stamp_ns: int = 0  # of the measured speed that it was last compared with
+    speed_m_s: float = 0.0
 
 
-def disturbance(before: Disturbance, speed_m_s: float, explained_m_s2: float, dt_s: float, settings: MpccSettings) -> Disturbance:
-    """What is believed next. explained: the acceleration that the commands make, on level ground.
+def disturbance(
+    before: Disturbance, stamp_ns: int, speed_m_s: float, felt_m_s2: float, explained_m_s2: float, settings: MpccSettings
+) -> Disturbance:
+    """What is believed next. felt: by the accelerometer; explained: the acceleration that the commands make, on level ground.
 
-    With s' = explained + d and d = (v - s) / lag, d follows v' - explained with that lag, and nothing is differentiated.
-    A speed that leaps is another estimate of it, not a car that was pushed.
+    A car that is held feels the slope it stands on; else the speed tells. A speed that leaps is another estimate of it, not a car
+    that was pushed, and what it gained over a gap tells nothing.
     """
-    lag, most, believed = settings.disturbance_lag_s, settings.disturbance_max_m_s2, before.acceleration_m_s2
-    if before.speed_m_s is not None and (speed_m_s >= MOVES_M_S or explained_m_s2 > 0.0):
-        leaps = abs(speed_m_s - before.speed_m_s - lag * believed) > LEAP_M_S
-        expected = speed_m_s - lag * believed if leaps else before.speed_m_s + dt_s * (explained_m_s2 + believed)
-        believed = min(max((speed_m_s - expected) / lag, -most), most)
-    return Disturbance(believed, speed_m_s - lag * believed)
+    most, believed = settings.disturbance_max_m_s2, before.acceleration_m_s2
+    dt_s, gained = (stamp_ns - before.stamp_ns) * 1e-9, speed_m_s - before.speed_m_s
+    unexplained = 0.0
+    if 0.0 < dt_s <= GAP_S and abs(gained) <= LEAP_M_S:
+        if speed_m_s >= MOVES_M_S or explained_m_s2 > 0.0:
+            unexplained = gained - dt_s * (explained_m_s2 + believed)
+        elif abs(speed_m_s) <= ROLLS_M_S:
+            unexplained = -dt_s * (felt_m_s2 + believed)
+    believed = min(max(believed + unexplained / settings.disturbance_lag_s, -most), most)
+    return Disturbance(believed, stamp_ns, speed_m_s)
+
+
+def bounded(wanted_m_s2: float, most_m_s2: float, disturbance_m_s2: float) -> float:
+    """Not above a bound of the car's own acceleration. Downhill that takes more braking; uphill more drive, not less braking."""
+    uphill = min(max(1.0 + most_m_s2 / GENTLE_M_S2, 0.0), 1.0)
+    return min(wanted_m_s2, most_m_s2 - (disturbance_m_s2 if disturbance_m_s2 > 0.0 else uphill * disturbance_m_s2))
 
 
 def acceleration(

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from autonomy.control.mpcc.cost import Limits, Prices, Task
 from autonomy.control.mpcc.delay import acceleration_by_commands, carried_on, lateral_speed
-from autonomy.control.mpcc.low_level import acceleration, braking, disturbance, standing
+from autonomy.control.mpcc.low_level import acceleration, bounded, braking, disturbance, standing
 from autonomy.control.mpcc.reference import Reference, foot, wanted_speeds
 from autonomy.control.mpcc.settings import MpccSettings
 from autonomy.control.mpcc.solver import optimise
@@ -27,6 +27,7 @@ DT_MAX_S = 0.05  # a cycle that came late is not made up for
 NEAR_M = 10.0  # the foot on the same reference is sought so far around the last one
 DEAR_M_S = 8.0  # from here on a steering rate has its whole price
 LEAST_PRICE = 0.05  # of it
+ROLLING_BACK_M_S = 0.1  # from there on it is stopped first, whatever is to be followed
 FUTURE_S = 0.05  # a stamp this far ahead of now is a clock's fault
 
 
@@ -38,7 +39,8 @@ def track(
     most_m_s2: bound of the acceleration from elsewhere (a stop, somebody ahead); below 0 it brakes, whatever the reference says.
     """
     state, wanted = _wanted(state, measured, reference, now_ns, setup)
-    told = replace(wanted, acceleration_m_s2=min(wanted.acceleration_m_s2, most_m_s2))
+    command = bounded(wanted.acceleration_m_s2, most_m_s2, state.disturbance.acceleration_m_s2)
+    told = replace(wanted, acceleration_m_s2=command)
     return _sent(state, told, now_ns), told
 
 
@@ -51,7 +53,9 @@ def _wanted(
         return _braked(state, measured, refused, dt_s, setup)
     if reference is None:
         return _braked(state, measured, "nothing to follow", dt_s, setup)
-    state, start = _when_it_acts(state, measured, now_ns, dt_s, setup)
+    if measured.speed_m_s < -ROLLING_BACK_M_S:
+        return _braked(state, measured, "it rolls backwards", dt_s, setup)
+    state, start = _when_it_acts(state, measured, now_ns, setup)
     near = (state.station_m, NEAR_M) if state.reference is reference else (0.0, np.inf)
     station = foot(reference.line, start[X], start[Y], start[HEADING], *near)
     start[STATION] = station
@@ -88,13 +92,14 @@ def _refused(measured: Measured | None, now_ns: int, settings: MpccSettings) -> 
     return ""
 
 
-def _when_it_acts(state: TrackerState, measured: Measured, now_ns: int, dt_s: float, setup: Setup) -> tuple[TrackerState, Floats]:
+def _when_it_acts(state: TrackerState, measured: Measured, now_ns: int, setup: Setup) -> tuple[TrackerState, Floats]:
     """The state (9,) at the time a command of now begins to act; and what is believed of disturbances."""
-    car, settings = setup.car, setup.settings
+    car = setup.car
     times = 1e-9 * (state.sent.times_ns - now_ns).astype(np.float64)
     since = (measured.stamp_ns - now_ns) * 1e-9
     explained = acceleration_by_commands(times, state.sent.values, float(measured.acceleration_m_s2), since, car)
-    believed = disturbance(state.disturbance, float(measured.speed_m_s), explained, dt_s, settings)
+    speed, felt = float(measured.speed_m_s), float(measured.acceleration_m_s2)
+    believed = disturbance(state.disturbance, measured.stamp_ns, speed, felt, explained, setup.settings)
     aside = measured.lateral_m_s
     if aside is None:
         aside = lateral_speed(float(measured.speed_m_s), float(measured.yaw_rate_rad_s), car)
