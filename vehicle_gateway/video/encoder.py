@@ -48,7 +48,8 @@ def idr_is_due(now_ns: int, last_idr_ns: int | None, requested: bool, interval_n
 class Encoder:
     """encode() from one thread; the receivers' feedback (request_idr, note_...) from any one other."""
 
-    def __init__(self, calibration: CameraCalibration, settings: VideoSettings) -> None:
+    def __init__(self, calibration: CameraCalibration, settings: VideoSettings, real_time_factor: float = 1.0) -> None:
+        self._real_time_factor = real_time_factor
         ceiling_bps = camera_bitrate_bps(settings.bitrate_kbps, calibration)
         floor_bps = min(camera_bitrate_bps(settings.bitrate_floor_kbps, calibration), ceiling_bps)
         self._limits = RateLimits(floor_bps, ceiling_bps)
@@ -80,8 +81,12 @@ class Encoder:
         self._rates = led_by(self._rates, watcher)
 
     def note_estimate(self, watcher: str, estimate_bps: float) -> None:
-        """The receiver's estimate of what its path carries for this camera."""
-        self._note(watcher, lambda rate: after_estimate(rate, estimate_bps))
+        """The receiver's estimate of what its path carries for this camera.
+
+        The receiver counts real seconds, we those of the drive. In slow motion fewer bits come in one of his than we send in one of
+        ours, and as he promises at most half more than came, the rate would sink to its floor.
+        """
+        self._note(watcher, lambda rate: after_estimate(rate, estimate_bps / self._real_time_factor))
 
     def note_loss(self, watcher: str, lost: float) -> None:
         """The share of packets lost since the receiver's last report, 0..1."""

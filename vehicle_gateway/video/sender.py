@@ -171,7 +171,7 @@ def video_sender(
     with ExitStack() as stack:
         for source in sources.values():
             stack.enter_context(source)
-        encoders = {calibration.name: Encoder(calibration, settings) for calibration in calibrations}
+        encoders = {each.name: Encoder(each, settings, clock.real_time_factor) for each in calibrations}
         loop = stack.enter_context(loop_in_thread("video-session"))
         sessions = VideoSessions(loop, encoders, ways)
         stack.callback(sessions.close)
