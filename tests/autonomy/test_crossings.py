@@ -16,6 +16,7 @@ from autonomy.planning.crossings.people import STEP_S, Outline, People, at_start
 from autonomy.planning.crossings.replayed import PEOPLE_MAX, read_tracks
 from autonomy.planning.crossings.scenario import Rider, World, find_crossing, read_crossing, world_of
 from autonomy.planning.horizon import CarState
+from autonomy.planning.mpc.settings import MpcSettings
 from wire.configuration import ConfigurationError, shipped
 
 NAMES = sorted(path.stem for path in shipped("crossings").glob("*.toml"))
@@ -265,6 +266,7 @@ PLAIN = 'name="a"\npieces_m=[[50.0,0.0]]\nhalf_width_m=3.0\ngoal_m=40.0\n'
         (PLAIN + f'tracks="{"a" * 300}"\n', "name a CSV with the columns frame, id"),
         (PLAIN + 'tracks="a\\u0000b"\n', "name a CSV with the columns frame, id"),
         (PLAIN + f"first_seed=1{'0' * 5000}\n", "cannot be read"),
+        (PLAIN + f"speed_m_s={MpcSettings().speed_max_m_s + 0.1}\n", "speed_m_s: Expected"),  # no local planner would drive it
         (PLAIN + f"things={'[' * 3000}\n", "cannot be read"),
         (PLAIN.replace("40.0", "135.0").replace("[50.0,0.0]", "[140.0,0.05]"), "the street lies on itself at 0 and 12"),
         (PLAIN.replace("[50.0,0.0]", "[70.0,-0.05],[70.0,-0.05]").replace("40.0", "130.0"), "the street lies on itself"),

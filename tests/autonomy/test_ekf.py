@@ -135,3 +135,18 @@ def test_a_standing_car_learns_the_bias_of_its_gyro() -> None:
         estimate = on_imu(estimate, imu(tick / 100, 0.008), SETTINGS)
         estimate = on_wheels(estimate, wheels(tick / 100, 0.0), 2.7, SETTINGS)
     assert pose_at(estimate, 5_000_000_000).yaw_rate_rad_s == pytest.approx(0.0, abs=0.0005)
+
+
+def test_a_car_that_stands_on_a_hill_stands_and_one_that_sets_off_is_followed_at_once() -> None:
+    """Its accelerometer feels 0.9 m/s2 of a slope; taken for motion, that is 2 cm/s between two messages of the wheels."""
+    estimate = start(gnss(0.0, (0.0, 0.0, 0.0)), SETTINGS)
+    for tick in range(1, 100):
+        estimate = on_imu(estimate, imu(tick / 100, 0.0, 0.9), SETTINGS)
+        if tick % 2 == 0:
+            estimate = on_wheels(estimate, wheels(tick / 100, 0.0), 2.7, SETTINGS)
+            assert pose_at(estimate, (tick + 1) * 10_000_000).speed_m_s == 0.0
+    for tick in range(100, 130):
+        estimate = on_imu(estimate, imu(tick / 100, 0.0, 2.0), SETTINGS)
+        if tick % 2 == 0:
+            estimate = on_wheels(estimate, wheels(tick / 100, (tick - 99) * 0.02), 2.7, SETTINGS)
+    assert estimate.mean[3] == pytest.approx(0.6, abs=0.06)
