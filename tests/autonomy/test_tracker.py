@@ -201,7 +201,7 @@ def test_acceleration_that_nobody_asked_for_is_believed_with_its_lag_and_made_up
 def test_a_car_that_is_held_feels_its_hill_and_one_that_is_driven_and_stands_is_on_one() -> None:
     held = driven = Disturbance(0.3, NOW, 0.0)
     assert disturbance(Disturbance(0.3, NOW, 0.2), NOW + 10_000_000, 0.2, -1.1, -0.8, SETTINGS).acceleration_m_s2 == 0.3  # it rolls
-    for _ in range(300):
+    for _ in range(round(SETTINGS.disturbance_lag_s * 600)):
         held = disturbance(held, held.stamp_ns + 10_000_000, 0.0, 0.6, -0.8, SETTINGS)
         driven = disturbance(driven, driven.stamp_ns + 10_000_000, 0.0, 0.0, 0.7, SETTINGS)
     assert held.acceleration_m_s2 == pytest.approx(-0.6, abs=0.01)

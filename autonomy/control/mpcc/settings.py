@@ -43,7 +43,7 @@ class MpccSettings(Message):
     off_path_max_m: Positive = 3.0  # farther from its path it does not find back to it but stops
     fallback_m_s2: Annotated[float, Meta(ge=0.5, le=9.0)] = 3.0
     fallback_jerk_m_s3: Positive = 10.0
-    disturbance_lag_s: Positive = 0.5  # with which acceleration that nobody asked for is believed
+    disturbance_lag_s: Positive = 1.0  # with which acceleration that nobody asked for is believed: less shakes the command
     disturbance_max_m_s2: Annotated[float, Meta(ge=0.0, le=3.0)] = 1.0  # a slope of 10 %
     stand_m_s: Positive = 0.3  # slower, with nothing faster asked for: it stands, or is about to
     settle_m_s2: Positive = 0.35  # while it still rolls then
