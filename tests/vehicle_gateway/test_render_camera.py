@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from tests.messages import vehicle_description
 from vehicle_gateway.simulation.site import object_corners, site_objects
 from vehicle_gateway.video.render.camera import Scene as PaintedScene
 from vehicle_gateway.video.render.camera import SimulatedCamera
@@ -18,7 +19,7 @@ from vehicle_gateway.video.render.projection import project
 from wire.messages.automation import RoadMap, RoadSegment
 from wire.messages.base import Indicators
 from wire.messages.sensing import MovingPerson, Pose, WorldState
-from wire.messages.vehicle import CameraCalibration, VehicleDescription
+from wire.messages.vehicle import CameraCalibration
 from wire.road import Road
 from wire.scenario import Building, Scenario, Site, Start
 
@@ -37,21 +38,7 @@ FRONT = CameraCalibration(
 )
 SMALL = msgspec.structs.replace(FRONT, width_px=640, height_px=360, focal_length_px=380.0)
 TURNED = msgspec.structs.replace(FRONT, yaw_rad=-0.25, y_m=0.3, pitch_rad=0.1)
-CAR = VehicleDescription(
-    vehicle_id="t",
-    length_m=4.5,
-    width_m=1.76,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.0,
-    mass_kg=1450.0,
-    cameras=(),
-)
+CAR = vehicle_description()
 STRAIGHT, BEND = (RoadSegment(length_m=60.0),), (RoadSegment(length_m=15.0), RoadSegment(length_m=45.0, curvature_1_m=0.0222))
 SITE = Site(station_m=20.0, length_m=12.0, cone_spacing_m=5.0, taper_m=10.0)
 PAST_SITE_M = 36.0  # a station from which nothing of the site is ahead

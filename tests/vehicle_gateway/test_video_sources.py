@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.messages import vehicle_description
 from vehicle_gateway.video.media import MediaSource
 from vehicle_gateway.video.picture import Bytes, Picture, at_camera_size, fitted, from_bgr, plane
 from vehicle_gateway.video.settings import SourceChoice, VideoSettings, camera_bitrate_bps, parse_source
@@ -20,7 +21,7 @@ from wire.clock import Clock
 from wire.configuration import ConfigurationError
 from wire.messages.base import Indicators
 from wire.messages.sensing import Pose, WorldState
-from wire.messages.vehicle import CameraCalibration, VehicleDescription
+from wire.messages.vehicle import CameraCalibration
 
 CAMERA = CameraCalibration(
     name="front",
@@ -35,21 +36,7 @@ CAMERA = CameraCalibration(
     yaw_rad=0.0,
     pitch_rad=0.0,
 )
-CAR = VehicleDescription(
-    vehicle_id="car",
-    length_m=4.5,
-    width_m=1.8,
-    height_m=1.5,
-    wheelbase_m=2.7,
-    rear_overhang_m=0.9,
-    steering_ratio=14.0,
-    road_wheel_angle_max_rad=0.6,
-    acceleration_max_m_s2=2.0,
-    braking_max_m_s2=8.0,
-    speed_max_remote_m_s=8.0,
-    mass_kg=1400.0,
-    cameras=(CAMERA,),
-)
+CAR = vehicle_description(cameras=(CAMERA,))
 DASH_CAM = Path(__file__).resolve().parents[3] / "shared/data/udacity_lanelines/solidWhiteRight.mp4"
 MS = 1_000_000
 
